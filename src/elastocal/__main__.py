@@ -1,0 +1,5 @@
+"""`python -m elastocal`."""
+
+from elastocal.cli.main import run
+
+run()

@@ -1,0 +1,87 @@
+"""elastocal calibrate"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from elastocal.cli.options import Globs, Json, Output, Paths, Tip, parse_elastic, require_data
+
+
+def calibrate(
+    robot: Path,
+    /,
+    *data: Path,
+    held_out: Paths | None = None,
+    holdout: float | None = None,
+    identify: Globs | None = None,
+    fix: Globs | None = None,
+    elastic: str | None = None,
+    tip: Tip = None,
+    seed: int = 0,
+    output: Output = None,
+    json: Json = False,
+) -> int:
+    """Identify a robot's geometry and compliance from measurements.
+
+    Example: `elastocal calibrate robot.toml tracker.csv --elastic 2,3 --holdout 0.3 -o result`
+
+    Parameters
+    ----------
+    robot
+        Nominal robot: a robot file (TOML) or a URDF.
+    data
+        Measurements: CSV, Parquet, or the TOML descriptor of an instrument's own file.
+    held_out
+        Measurements to judge the calibration by, which the fit does not see.
+    holdout
+        Instead, the fraction of the rows to hold out, as 0.3; repeats of a pose stay together.
+    identify
+        Only parameters that match these patterns, as "*.theta" "2.*"; all geometry if left out. Frames that the robot
+        file does not call known are always identified.
+    fix
+        Parameters that match these patterns stay as they are.
+    elastic
+        Elements that give way, and their laws: 2,3 for the joints of rows 2 and 3, 3.alpha for any element.
+    tip
+        Link where the chain of a URDF ends.
+    seed
+        Of the choice of rows to hold out.
+    output
+        Folder for robot.toml, result.json and residuals.csv.
+    json
+        Print the result object and nothing else on standard output.
+    """
+    from elastocal.cli.main import DONE, FAILED
+    from elastocal.cli.show import progress, show
+    from elastocal.identification import calibrate as identify_robot
+    from elastocal.io import data_hashes, load_measurements, load_robot, result_json, save_result
+    from elastocal.report import calibration_sections
+
+    require_data(data)
+    laws = parse_elastic(elastic)
+    nominal = load_robot(robot, tip)
+    measured = load_measurements(data, nominal)
+    rest = load_measurements(held_out, nominal) if held_out else None
+    with progress("calibrating") as on_step:
+        result = identify_robot(
+            nominal,
+            measured,
+            held_out=rest,
+            holdout=holdout,
+            identify=identify,
+            fix=fix or (),
+            elastic=laws,
+            seed=seed,
+            on_step=on_step,
+        )
+    inputs = (robot, *data, *(held_out or ()))
+    hashes = data_hashes((*data, *(held_out or ())))
+    if output is not None:
+        written = save_result(result, output, hashes, inputs)
+        print(f"{output}: {', '.join(written)}", file=sys.stderr)
+    if json:
+        print(result_json(result, hashes))
+    else:
+        show(calibration_sections(result))
+    return DONE if result.status == "converged" else FAILED

@@ -1,0 +1,55 @@
+"""The `elastocal` command: its subcommands, and what becomes of errors."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from cyclopts import App, CycloptsError
+
+from elastocal.errors import ElastocalError
+
+DONE, FAILED, BAD_INPUT = 0, 1, 2
+"""Exit status: done; ran, but the verdict is failure; bad input or usage."""
+
+COMMANDS = {
+    "calibrate": "Identify a robot's geometry and compliance from measurements.",
+    "validate": "Errors of a robot, nominal or calibrated, on measurements it was not fitted to.",
+    "demo": "The whole way on a built-in example: robot file, measurements, calibration, validation.",
+    "new": "A commented robot file and an empty measurement table to fill in.",
+}
+
+
+def build_app() -> App:
+    """The application, its commands not yet imported."""
+    app = App(
+        name="elastocal",
+        help="Robot calibration that models what bends: geometry and joint stiffness from measured poses.",
+        help_epilogue="Try `elastocal demo`. Every command explains itself: `elastocal calibrate --help`.",
+        result_action="return_value",
+        exit_on_error=False,
+        help_format="markdown",
+    )
+    for name, summary in COMMANDS.items():
+        app.command(f"elastocal.cli.{name}:{name}", name=name, help=summary)
+    return app
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command line and return its exit status."""
+    try:
+        status = build_app()(arguments)
+    except CycloptsError:
+        return BAD_INPUT
+    except ElastocalError as error:
+        for line in str(error).splitlines():
+            print(f"elastocal: {line}", file=sys.stderr)
+        return BAD_INPUT
+    except BrokenPipeError:
+        return DONE
+    return status if isinstance(status, int) else DONE
+
+
+def run() -> None:
+    """Entry point of the installed command."""
+    sys.exit(main())

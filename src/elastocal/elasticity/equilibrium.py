@@ -1,0 +1,117 @@
+"""Equilibrium: the deflections under the loads of the deflected configuration.
+
+delta = law(load(q + delta)) is solved by Newton's method on all poses of a block at once. The last step is not walked
+but carried to first order (`Equilibrium.remainder`): it is so short that its second order is below rounding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.chain import Array, Placement, forward
+from elastocal.elasticity.coupling import coupled_deflections
+from elastocal.elasticity.laws import Law, Load
+from elastocal.errors import EquilibriumError
+from elastocal.statics import Mechanism, Statics, load, mutual_gradients
+
+LAST_STEP = 1e-4, 2e-7
+"""A Newton step shorter than this, relative to the largest deflection and in rad or m, is the last. What it leaves is
+second order: in the deflection its square times d2(load) x compliance (1e-2 or less), in position half its square."""
+
+ROUNDING = 1e-15
+"""Deflections [rad or m] below this are rounding, as of a joint whose load is zero."""
+
+MAX_PASSES = 30
+
+
+@dataclass(frozen=True)
+class Spring:
+    """How an elastic element gives way: law, coefficients [rad/(N m)^power or m/N^power], transition torque [N m or N]."""
+
+    law: Law
+    coefficients: tuple[float, ...]
+    transition: float | None = None
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A block of poses at rest, with the chain still short of it by `remainder`.
+
+    Attributes:
+        statics: the chain under load at deflections - remainder.
+        deflections: (elastic, n) of the elements that give way.
+        remainder: (elastic, n) the last step, to be carried to first order.
+        bases: for each elastic element its law's basis functions, (coefficients, n).
+        slopes: (elastic, n) d(deflection)/d(load).
+        mutual: (elastic, elastic, n) d(load)/d(deflection).
+    """
+
+    statics: Statics
+    deflections: Array
+    remainder: Array
+    bases: list[Array]
+    slopes: Array
+    mutual: Array
+
+
+def settle(
+    mechanism: Mechanism, placement: Placement, springs: tuple[Spring, ...], motion: Array, wrench: Array | None = None
+) -> Equilibrium:
+    """Find the deflections of poses `motion` (moving, n) under gravity and a wrench (6, n) on the tool.
+
+    The side of a law with a transition torque is decided once, from the loads of the undeflected configuration.
+
+    Raises:
+        EquilibriumError: the deflections do not settle; names the element and the pose (its column).
+    """
+    deflections = np.zeros((len(springs), motion.shape[1]))
+    state = at_deflections(mechanism, placement, springs, motion, deflections, wrench)
+    undeflected = state.statics.loads
+    for _ in range(MAX_PASSES):
+        misfit = _deflections(springs, state.bases, motion.shape[1]) - deflections
+        step = coupled_deflections(misfit, state.slopes, state.mutual)
+        deflections = deflections + step
+        size, scale = np.abs(step), np.abs(deflections).max(axis=1, initial=0.0, keepdims=True)
+        if (size <= np.clip(LAST_STEP[0] * scale, ROUNDING, LAST_STEP[1])).all():
+            return replace(state, deflections=deflections, remainder=step)
+        if not np.isfinite(scale).all():
+            break
+        state = at_deflections(mechanism, placement, springs, motion, deflections, wrench, undeflected)
+    row, pose = np.unravel_index(int(np.argmax(np.nan_to_num(size, nan=np.inf))), size.shape)
+    raise EquilibriumError(mechanism.chain.elements[mechanism.elastic[row]].name, int(pose))
+
+
+def at_deflections(
+    mechanism: Mechanism,
+    placement: Placement,
+    springs: tuple[Spring, ...],
+    motion: Array,
+    deflections: Array,
+    wrench: Array | None = None,
+    undeflected: Array | None = None,
+) -> Equilibrium:
+    """The chain at given deflections (elastic, n), whatever loads it; `undeflected` loads decide the sides of a step."""
+    moved = motion.copy()
+    moved[mechanism.elastic_rows] += deflections
+    statics = load(mechanism, placement, forward(placement, moved), wrench)
+    sides = statics.loads if undeflected is None else undeflected
+    seen = [Load(statics.loads[i], sides[i], spring.transition) for i, spring in enumerate(springs)]
+    slopes = [spring.law.slopes(at) for spring, at in zip(springs, seen, strict=True)]
+    return Equilibrium(
+        statics=statics,
+        deflections=deflections,
+        remainder=np.zeros_like(deflections),
+        bases=[spring.law.basis(at) for spring, at in zip(springs, seen, strict=True)],
+        slopes=_deflections(springs, slopes, motion.shape[1]),
+        mutual=mutual_gradients(statics),
+    )
+
+
+def _deflections(springs: tuple[Spring, ...], functions: list[Array], n: int) -> Array:
+    """sum_k c_k function_k of each element, (elastic, n)."""
+    found = np.empty((len(springs), n))
+    for row, spring, function in zip(found, springs, functions, strict=True):
+        np.matmul(spring.coefficients, function, out=row)
+    return found

@@ -1,0 +1,43 @@
+"""Every error that elastocal raises on purpose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class ElastocalError(Exception):
+    """Root of all errors that a user can cause and mend."""
+
+
+class InputError(ElastocalError):
+    """A bad input: every fault found in it, each with its place, what was expected and what was found.
+
+    Attributes:
+        faults: one sentence each.
+    """
+
+    def __init__(self, *faults: str) -> None:
+        self.faults = faults
+        super().__init__("\n".join(faults))
+
+
+class EquilibriumError(ElastocalError):
+    """The deflections of a pose do not settle: the named element is too soft for what hangs on it."""
+
+    def __init__(self, element: str = "", pose: int = 0) -> None:
+        self.element = element
+        self.pose = pose
+        super().__init__(
+            f"{element or 'an elastic element'} does not settle under its load at pose {pose}: "
+            "it is too soft for what hangs on it; check its compliance [rad/(N m)], the masses [kg] and gravity [m/s2]"
+        )
+
+
+def unknown_name(kind: str, name: str, valid: Iterable[str]) -> str:
+    """A sentence on a name that does not exist: the nearest valid one, and all that are valid."""
+    choices = [str(choice) for choice in valid]
+    near = get_close_matches(name, choices, n=1, cutoff=0.5)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    listed = ", ".join(choices[:40]) + (", …" if len(choices) > 40 else "") if choices else "none"
+    return f"no {kind} {name!r}{hint} (valid: {listed})"

@@ -1,0 +1,117 @@
+"""What a calibration found: values only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastocal.chain import Array
+from elastocal.identification.observability import Observability
+from elastocal.identification.statistics import Residuals, Statistics
+from elastocal.measurements import Measurements
+from elastocal.robot import Robot
+
+
+@dataclass(frozen=True)
+class IdentifiedParameter:
+    """One parameter of the robot after calibration; SI.
+
+    Attributes:
+        nominal: before; None for a frame with no first guess.
+        identified: after; the same as before where it was not identified.
+        std: standard deviation; None where it was not identified.
+        verdict: "identified", "insignificant" (a compliance that is zero within two standard deviations), "dependent",
+            "unobservable" or "fixed".
+        reason: a sentence where the verdict asks for one.
+    """
+
+    name: str
+    unit: str
+    nominal: float | None
+    identified: float
+    std: float | None
+    verdict: str
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class IdentifiedElement:
+    """An elastic element after calibration: its law and coefficients, with standard deviations where identified."""
+
+    element: str
+    law: str
+    transition_torque: float | None
+    coefficients: tuple[float, ...]
+    std: tuple[float | None, ...]
+    verdict: str
+
+
+@dataclass(frozen=True)
+class RowErrors:
+    """Residuals of every row, nominal and calibrated, fitted and held out.
+
+    Attributes:
+        data: the rows, those fitted first.
+        held_out: (n,) which of them were held out.
+        nominal: with the nominal robot in the fitted frames.
+        calibrated: with the identified robot.
+    """
+
+    data: Measurements
+    held_out: NDArray[np.bool_]
+    nominal: Residuals
+    calibrated: Residuals
+
+
+@dataclass(frozen=True)
+class CalibrationResult:
+    """A calibration's outcome.
+
+    Attributes:
+        robot: the identified robot, its frames known.
+        nominal_robot: the robot before, its open frames fitted.
+        status: "converged", "not_converged" or "not_identifiable".
+        verdict: one sentence.
+        parameters: every parameter of the robot.
+        elastic: every elastic element.
+        residuals: statistics of "nominal", "calibrated", "held_out_nominal" and "held_out" rows, the last two if any.
+        observability: of the fitted poses.
+        names: of the identified parameters, with their `covariance` (names, names); small rotations for frames.
+        model_sigma: by kind of observation, what the model leaves unexplained, beyond the stated deviations [m or rad].
+        chi2_reduced: sum of squares over degrees of freedom, with the weights used.
+        warnings: sentences with a remedy.
+        notes: what the data cannot say, however good they are.
+        errors: row by row.
+        iterations, seconds: what it took.
+        settings: what was asked for.
+    """
+
+    robot: Robot
+    nominal_robot: Robot
+    status: str
+    verdict: str
+    parameters: tuple[IdentifiedParameter, ...]
+    elastic: tuple[IdentifiedElement, ...]
+    residuals: Mapping[str, Statistics]
+    observability: Observability
+    names: tuple[str, ...]
+    covariance: Array
+    model_sigma: Mapping[str, float]
+    chi2_reduced: float
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+    errors: RowErrors
+    iterations: int
+    seconds: float
+    settings: Mapping[str, object]
+
+    def __str__(self) -> str:
+        """The verdict table, in millimetres."""
+        lines = [f"{self.robot.name}: {self.status}", f"{'position error [mm]':24}{'rows':>8}{'mean':>10}{'max':>10}{'rms':>10}"]
+        for name, found in self.residuals.items():
+            numbers = "".join(f"{1e3 * value:10.4f}" for value in (found.mean, found.max, found.rms))
+            lines.append(f"{name.replace('_', ' '):24}{found.n:8d}{numbers}")
+        return "\n".join([*lines, self.verdict])

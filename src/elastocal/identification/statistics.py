@@ -1,0 +1,83 @@
+"""Residuals of data, and what they come to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastocal.chain import Array
+from elastocal.measurements import Measurements
+from elastocal.prediction import Model
+from elastocal.robot import Robot
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Measured - predicted, row by row, in the instrument's frame; NaN where nothing was measured.
+
+    Attributes:
+        position: (n, 3) [m], or None where no row has a position.
+        rotation: (n, 3) rotation vectors [rad], or None.
+        distance: (n,) [m], or None.
+    """
+
+    position: Array | None
+    rotation: Array | None
+    distance: Array | None
+
+    @property
+    def norms(self) -> Array:
+        """(n,) length of the position residual, of the distance's where there is no position [m]."""
+        found = [] if self.position is None else [np.linalg.norm(self.position, axis=1)]
+        if self.distance is not None:
+            found.append(np.abs(self.distance))
+        if not found:
+            return np.full(len(self.rotation), np.nan)
+        return found[0] if len(found) == 1 else np.where(np.isfinite(found[0]), *found)
+
+    @property
+    def angles(self) -> Array | None:
+        """(n,) angle of the orientation residual [rad], or None."""
+        return None if self.rotation is None else np.linalg.norm(self.rotation, axis=1)
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Of distances [m] or angles [rad] over n rows; `angle` beside a position's where orientations were measured too."""
+
+    n: int
+    mean: float
+    max: float
+    rms: float
+    std: float
+    angle: Statistics | None = None
+
+
+def residuals(robot: Robot, data: Measurements) -> Residuals:
+    """Predict data with a robot whose frames are all in place."""
+    n = len(data)
+    found: dict[str, Array] = {}
+    for part in Model(robot, (), data).parts(np.zeros(0), derivatives=False):
+        rows = found.setdefault(part.kind, np.full((n, len(part.residual)), np.nan))
+        rows[part.rows] = part.residual.T
+    distance = found.get("distance")
+    return Residuals(
+        found.get("position"), found.get("orientation"), None if distance is None else distance[:, 0]
+    )
+
+
+def statistics(residuals: Residuals, rows: NDArray[np.bool_] | None = None) -> Statistics:
+    """Mean, largest, root mean square and standard deviation of the rows' distances, and of their angles."""
+    rows = slice(None) if rows is None else rows
+    angle = None if residuals.angles is None else _of(residuals.angles[rows])
+    return _of(residuals.norms[rows], angle)
+
+
+def _of(values: Array, angle: Statistics | None = None) -> Statistics:
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return Statistics(0, 0.0, 0.0, 0.0, 0.0, angle)
+    rms = float(np.sqrt((values**2).mean()))
+    return Statistics(len(values), float(values.mean()), float(values.max()), rms, float(values.std()), angle)

@@ -1,0 +1,88 @@
+"""Normal equations, block by block: all that a step and a covariance need of the data, whatever their number."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from elastocal.chain import Array
+from elastocal.measurements import KINDS, Measurements
+from elastocal.prediction import Model, Part
+
+Variances = Mapping[str, float]
+"""Model variance by kind of observation [m2 or rad2]: what adds to the stated variances of the observations."""
+
+FLOOR = 1e-9**2
+"""No observation is better than a nanometre or a nanoradian; keeps weights finite on data without noise."""
+
+
+@dataclass(frozen=True)
+class KindSums:
+    """Sums over the observed coordinates of one kind, each divided by its standard deviation.
+
+    Attributes:
+        gram: (parameters + 1, parameters + 1) of the Jacobian with the residual as its last row.
+        count: number of coordinates.
+        curvature: sum of residual^2 / variance^2.
+        stated: whether any of them has a standard deviation of its own.
+    """
+
+    gram: Array
+    count: int
+    curvature: float
+    stated: bool
+
+    @property
+    def misfit(self) -> float:
+        """Sum of residual^2 / variance."""
+        return float(self.gram[-1, -1])
+
+    @property
+    def variance(self) -> float:
+        """The observations' mean variance, stated and model's together, as the residuals weigh it."""
+        return self.misfit / self.curvature if self.curvature > 0.0 else 0.0
+
+
+Sums = Mapping[str, KindSums]
+
+
+def normal_sums(model: Model, displacements: Array, variances: Variances) -> Sums:
+    """Sum over all data at displacements (parameters,).
+
+    Raises:
+        EquilibriumError: a pose does not settle under its load.
+    """
+    size = len(model.names) + 1
+    grams = {kind: np.zeros((size, size)) for kind in KINDS}
+    counts, curvatures, stated = dict.fromkeys(KINDS, 0), dict.fromkeys(KINDS, 0.0), dict.fromkeys(KINDS, False)
+    for part in model.parts(displacements):
+        kind = part.kind
+        variance = observation_variance(model.data, part, variances[kind])
+        rows = part.jacobian / np.sqrt(variance)
+        grams[kind] += (rows @ rows.swapaxes(1, 2)).sum(axis=0)
+        counts[kind] += part.residual.size
+        curvatures[kind] += float((rows[:, -1] ** 2 / variance[:, 0]).sum())
+        stated[kind] |= variance.size > 1
+    return {kind: KindSums(grams[kind], counts[kind], curvatures[kind], stated[kind]) for kind in KINDS if counts[kind]}
+
+
+def observation_variance(data: Measurements, part: Part, model_variance: float) -> Array:
+    """Variance of a part's coordinates, broadcast to (coordinates, 1, n): stated variance plus the model's."""
+    sigma = data.sigma_angle if part.kind == "orientation" else data.sigma
+    if sigma is None:
+        return np.full((1, 1, 1), max(model_variance, FLOOR))
+    stated = np.nan_to_num(sigma[part.rows].reshape(len(part.rows), -1).T[: len(part.residual)])
+    return np.maximum(stated**2 + model_variance, FLOOR)[:, None]
+
+
+def reweighed(model: Model, displacements: Array, sums: Sums, before: Variances, after: Variances) -> Sums:
+    """The sums with other model variances: rescaled where the data state none, summed again where they do."""
+    if any(found.stated for found in sums.values()):
+        return normal_sums(model, displacements, after)
+    rescaled = {}
+    for kind, found in sums.items():
+        factor = max(before[kind], FLOOR) / max(after[kind], FLOOR)
+        rescaled[kind] = replace(found, gram=factor * found.gram, curvature=factor**2 * found.curvature)
+    return rescaled

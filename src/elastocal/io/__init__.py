@@ -1,0 +1,23 @@
+"""Files in, files out: the only place that knows units and formats."""
+
+from elastocal.io.files import write_files
+from elastocal.io.measurement_files import data_hashes, load_measurements, save_measurements
+from elastocal.io.results import result_json, save_residuals, save_result, validation_json
+from elastocal.io.robot_files import load_robot, save_robot
+from elastocal.io.robot_toml import robot_to_toml
+from elastocal.io.tidy import measurements_to_csv
+
+__all__ = [
+    "data_hashes",
+    "load_measurements",
+    "load_robot",
+    "measurements_to_csv",
+    "result_json",
+    "robot_to_toml",
+    "save_measurements",
+    "save_residuals",
+    "save_result",
+    "save_robot",
+    "validation_json",
+    "write_files",
+]

@@ -1,0 +1,187 @@
+"""Results out: result.json, residuals.csv and the identified robot."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from elastocal.identification import CalibrationResult, Residuals, Statistics
+from elastocal.io.files import write_files
+from elastocal.io.robot_toml import robot_to_toml
+from elastocal.measurements import Measurements
+from elastocal.validation import ValidationResult
+
+FORMAT = "elastocal-result/1"
+
+
+def save_result(
+    result: CalibrationResult, folder: str | Path, data_sha256: Sequence[str] = (), inputs: Sequence[Path] = ()
+) -> tuple[str, ...]:
+    """Write robot.toml, result.json and residuals.csv into a folder, all or none.
+
+    Args:
+        result: of a calibration.
+        folder: made if it is not there.
+        data_sha256: hashes of the data files.
+        inputs: files that must not be overwritten.
+
+    Returns:
+        The names of the files.
+
+    Raises:
+        InputError: a file would overwrite an input, or the folder cannot be written to.
+    """
+    contents = {
+        "robot.toml": f"# {result.robot.name}, identified by elastocal {version('elastocal')}; SI units.\n"
+        + robot_to_toml(result.robot),
+        "result.json": result_json(result, data_sha256) + "\n",
+        "residuals.csv": residuals_csv(result),
+    }
+    write_files(Path(folder), contents, tuple(inputs))
+    return tuple(contents)
+
+
+def result_json(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> str:
+    """The result object as JSON, SI units; what is not a finite number is null."""
+    seen = result.observability
+    return _dump(
+        {
+            "format": FORMAT,
+            "robot": result.robot.name,
+            "status": result.status,
+            "verdict": result.verdict,
+            "parameters": [
+                {
+                    "name": p.name,
+                    "unit": p.unit,
+                    "nominal": p.nominal,
+                    "identified": p.identified,
+                    "std": p.std,
+                    "verdict": p.verdict,
+                    "reason": p.reason,
+                }
+                for p in result.parameters
+            ],
+            "elastic": [
+                {
+                    "element": e.element,
+                    "law": e.law,
+                    "transition_torque": e.transition_torque,
+                    "coefficients": list(e.coefficients),
+                    "std": list(e.std),
+                    "verdict": e.verdict,
+                }
+                for e in result.elastic
+            ],
+            "residuals": {name: statistics_table(found) for name, found in result.residuals.items()},
+            "observability": {
+                "rank": seen.rank,
+                "parameters": seen.parameters,
+                "condition": seen.condition,
+                **{f"O{i}": getattr(seen, f"O{i}") for i in range(1, 6)},
+            },
+            "model_sigma": dict(result.model_sigma),
+            "chi2_reduced": result.chi2_reduced,
+            "outliers": [],
+            "warnings": list(result.warnings),
+            "notes": list(result.notes),
+            "iterations": result.iterations,
+            "seconds": result.seconds,
+            "settings": dict(result.settings),
+            "data_sha256": list(data_sha256),
+            "version": version("elastocal"),
+        }
+    )
+
+
+def validation_json(result: ValidationResult, data_sha256: Sequence[str] = ()) -> str:
+    """The outcome of a validation as JSON, SI units."""
+    return _dump(
+        {
+            "format": "elastocal-validation/1",
+            "robot": result.robot.name,
+            "verdict": result.verdict,
+            "residuals": {"held_out": statistics_table(result.statistics)},
+            "parts": {name: statistics_table(found) for name, found in result.parts.items()},
+            "fitted_frames": list(result.fitted_frames),
+            "warnings": list(result.warnings),
+            "data_sha256": list(data_sha256),
+            "version": version("elastocal"),
+        }
+    )
+
+
+def statistics_table(found: Statistics) -> dict[str, Any]:
+    """Statistics [m], with "angle" [rad] where there are any."""
+    table: dict[str, Any] = {key: getattr(found, key) for key in ("n", "mean", "max", "rms", "std")}
+    return table if found.angle is None else table | {"angle": statistics_table(found.angle)}
+
+
+def _dump(value: Mapping[str, Any]) -> str:
+    return json.dumps(_finite(value), indent=1, ensure_ascii=False, allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def save_residuals(result: ValidationResult, path: Path, inputs: Sequence[Path] = ()) -> None:
+    """Write every row's residuals of a validation as CSV.
+
+    Raises:
+        InputError: the file would overwrite an input, or cannot be written.
+    """
+    columns = _places(result.data) | _errors(result.residuals, "")
+    write_files(path.parent, {path.name: csv_bytes(columns)}, tuple(inputs))
+
+
+def residuals_csv(result: CalibrationResult) -> bytes:
+    """Every row's residuals (measured - predicted), nominal and calibrated, in the instrument's frame."""
+    errors = result.errors
+    columns = _places(errors.data)
+    columns["set"] = np.where(errors.held_out, "held_out", "fitted").tolist()
+    columns |= _errors(errors.nominal, "nominal_") | _errors(errors.calibrated, "calibrated_")
+    return csv_bytes(columns)
+
+
+def _errors(found: Residuals, prefix: str) -> dict[str, Any]:
+    columns: dict[str, Any] = {}
+    if found.position is not None:
+        columns |= {f"{prefix}d{axis} [mm]": 1e3 * d for axis, d in zip("xyz", found.position.T, strict=True)}
+    columns[f"{prefix}error [mm]"] = 1e3 * found.norms
+    if found.angles is not None:
+        columns[f"{prefix}angle [mrad]"] = 1e3 * found.angles
+    return columns
+
+
+def _places(data: Measurements) -> dict[str, Any]:
+    """Where each row comes from, and its joint positions (rad or m)."""
+    columns: dict[str, Any] = {}
+    if data.source is not None:
+        columns["file"] = [data.source.name(int(code)) for code in data.source.codes]
+    columns["row"] = np.arange(1, len(data) + 1) if data.row is None else data.row
+    for name, labels in (("station", data.station), ("target", data.target), ("load", data.load)):
+        if labels is not None:
+            columns[name] = [labels.name(int(code)) for code in labels.codes]
+    return columns | {f"q{i + 1}": values for i, values in enumerate(data.q.T)}
+
+
+def csv_bytes(columns: Mapping[str, Any]) -> bytes:
+    """Columns as a CSV file."""
+    buffer = BytesIO()
+    pl.DataFrame(dict(columns)).fill_nan(None).write_csv(buffer, float_precision=9)
+    return buffer.getvalue()

@@ -1,0 +1,169 @@
+"""Measurements: what was observed, at which joint positions, with which target, payload and station."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastocal.chain import Array
+
+KINDS = ("position", "orientation", "distance")
+"""What an observation can consist of; a row may have several."""
+
+SAME_POSE = 1e-3
+"""Joint positions that agree to this [rad or m] are one pose, measured again."""
+
+
+@dataclass(frozen=True)
+class Labels:
+    """A column of names: `codes` (n,) point into `names`; -1 where a row has none."""
+
+    names: tuple[str, ...]
+    codes: NDArray[np.int32]
+
+    @classmethod
+    def none(cls, n: int) -> Labels:
+        return cls((), np.full(n, -1, dtype=np.int32))
+
+    @classmethod
+    def of(cls, values: Sequence[str | None]) -> Labels:
+        names = tuple(dict.fromkeys(value for value in values if value is not None))
+        index = {name: code for code, name in enumerate(names)} | {None: -1}
+        return cls(names, np.array([index[value] for value in values], dtype=np.int32))
+
+    def name(self, code: int) -> str | None:
+        return self.names[code] if code >= 0 else None
+
+    def take(self, rows: NDArray[np.intp]) -> Labels:
+        return replace(self, codes=self.codes[rows])
+
+    @classmethod
+    def joined(cls, parts: Sequence[Labels]) -> Labels:
+        names = tuple(dict.fromkeys(name for part in parts for name in part.names))
+        codes = []
+        for part in parts:
+            lookup = np.array([names.index(name) for name in part.names] + [-1], dtype=np.int32)
+            codes.append(lookup[part.codes])
+        return cls(names, np.concatenate(codes))
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Observations, one a row; SI units, instrument frame. NaN where a row lacks what other rows have.
+
+    Attributes:
+        q: (n, joints) the controller's joint positions [rad or m].
+        position: (n, 3) of the target [m].
+        rotation: (n, 3, 3) of the target.
+        distance: (n,) of the target from the instrument's origin [m].
+        sigma: (n, 3) standard deviations of the position, or of the distance (first column) [m]; NaN: not known.
+        sigma_angle: (n,) standard deviation of the orientation about each axis [rad]; NaN: not known.
+        target, load, station: names in the robot.
+        wrench: (n, 6) external wrench on the tool, force first, in the tool's frame [N, N m].
+        pose: (n,) pose numbers, shared by repeats; -1 where none is given.
+        temperature: (n,) [degC].
+        source: the file of each row, with `row` (n,) its number there, from 1.
+    """
+
+    q: Array
+    position: Array | None = None
+    rotation: Array | None = None
+    distance: Array | None = None
+    sigma: Array | None = None
+    sigma_angle: Array | None = None
+    target: Labels | None = None
+    load: Labels | None = None
+    station: Labels | None = None
+    wrench: Array | None = None
+    pose: NDArray[np.int64] | None = None
+    temperature: Array | None = None
+    source: Labels | None = None
+    row: NDArray[np.int64] | None = None
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def take(self, rows: NDArray[np.intp]) -> Measurements:
+        """The measurements of some rows."""
+        parts = {field.name: getattr(self, field.name) for field in fields(self)}
+        chosen = {
+            name: value.take(rows) if isinstance(value, Labels) else value[rows]
+            for name, value in parts.items()
+            if value is not None
+        }
+        return Measurements(**chosen)
+
+    def measures(self, kind: str) -> NDArray[np.bool_]:
+        """Which rows have an observation of a kind, (n,)."""
+        values = {"position": self.position, "orientation": self.rotation, "distance": self.distance}[kind]
+        if values is None:
+            return np.zeros(len(self), dtype=bool)
+        return np.isfinite(values.reshape(len(self), -1)[:, 0])
+
+    def place(self, row: int) -> str:
+        """Where a row comes from: "fit.csv row 12"."""
+        if self.source is None or self.row is None:
+            return f"row {row + 1}"
+        return f"{self.source.name(int(self.source.codes[row]))} row {self.row[row]}"
+
+
+def concatenate(parts: Sequence[Measurements]) -> Measurements:
+    """Measurements one after the other; what a part lacks is filled with NaN, or with no name. Pose numbers stay apart."""
+    if len(parts) == 1:
+        return parts[0]
+    joined = {}
+    offset = 0
+    poses = []
+    for part in parts:
+        if part.pose is not None:
+            poses.append(np.where(part.pose >= 0, part.pose + offset, -1))
+            offset += int(part.pose.max(initial=-1)) + 1
+        else:
+            poses.append(np.full(len(part), -1))
+    for field in fields(Measurements):
+        columns = [getattr(part, field.name) for part in parts]
+        given = [column for column in columns if column is not None]
+        if not given:
+            continue
+        if field.name == "pose":
+            joined["pose"] = np.concatenate(poses)
+        elif isinstance(given[0], Labels):
+            whole = [Labels.none(len(p)) if c is None else c for p, c in zip(parts, columns, strict=True)]
+            joined[field.name] = Labels.joined(whole)
+        else:
+            shape = given[0].shape[1:]
+            whole = [np.full((len(p), *shape), np.nan) if c is None else c for p, c in zip(parts, columns, strict=True)]
+            joined[field.name] = np.concatenate(whole)
+    return Measurements(**joined)
+
+
+def repeats(data: Measurements) -> NDArray[np.intp]:
+    """A number for each row, the same for rows of one pose: by pose number, or joints that agree to SAME_POSE."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    n = len(data)
+    pairs = cKDTree(data.q).query_pairs(SAME_POSE, p=np.inf, output_type="ndarray")
+    if data.pose is not None:
+        numbered = np.flatnonzero(data.pose >= 0)
+        _, first = np.unique(data.pose[numbered], return_index=True)
+        leader = numbered[first][np.unique(data.pose[numbered], return_inverse=True)[1]]
+        pairs = np.concatenate([pairs, np.stack([numbered, leader], axis=1)])
+    graph = coo_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    return connected_components(graph, directed=False)[1]
+
+
+def split(data: Measurements, fraction: float, seed: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Rows to fit and rows to hold out, the latter about `fraction` of all; the rows of one pose stay together."""
+    pose = repeats(data)
+    count = pose.max(initial=-1) + 1
+    order = np.random.default_rng(seed).permutation(count)
+    sizes = np.bincount(pose, minlength=count)[order]
+    held_poses = np.zeros(count, dtype=bool)
+    held_poses[order[: np.searchsorted(np.cumsum(sizes), fraction * len(data), side="left") + 1]] = True
+    held = held_poses[pose]
+    return np.flatnonzero(~held), np.flatnonzero(held)

@@ -1,0 +1,251 @@
+"""Where model meets data: predicted, residual and Jacobian, block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elastocal.chain import Array, place, rotation_vectors
+from elastocal.elasticity import Equilibrium, Spring, at_deflections, settle
+from elastocal.measurements import KINDS, Measurements
+from elastocal.prediction.columns import jacobian, target_pose
+from elastocal.robot import Assembly, Robot, assemble
+
+BLOCK = 4000
+"""Poses worked through at once: enough that NumPy's overhead does not count, few enough that a block stays in cache."""
+
+np.empty(2**20)
+# The allocator of Linux gives freed blocks back to the system and faults them in again, which takes as long as the
+# whole prediction. Freeing one large array raises the size from which it does so; hence the line above.
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The rows of the data that one assembly predicts.
+
+    Attributes:
+        rows: (n,) in the data.
+        kinds: what these rows observe, of KINDS.
+        elements: indices of the identified elements in the chain, ascending.
+        coefficients: (spring, number of coefficient) of the identified coefficients.
+        columns: the parameters that elements and coefficients are, in this order.
+    """
+
+    assembly: Assembly
+    rows: NDArray[np.intp]
+    kinds: tuple[str, ...]
+    elements: NDArray[np.intp]
+    coefficients: list[tuple[int, int]]
+    columns: NDArray[np.intp]
+
+
+class Combination(NamedTuple):
+    """Rows of the data that observe the same kinds of the same target, from one station, with one payload."""
+
+    rows: NDArray[np.intp]
+    kinds: tuple[str, ...]
+    station: str | None
+    target: str | None
+    load: str | None
+
+
+class Part(NamedTuple):
+    """One kind of observation in one block of rows.
+
+    Attributes:
+        kind: of KINDS.
+        rows: (n,) in the data.
+        residual: (3 or 1, n) measured - predicted [m or rad], in the instrument's frame.
+        jacobian: (3 or 1, parameters + 1, n) d(predicted)/d(parameter), the residual as its last row; or None.
+    """
+
+    kind: str
+    rows: NDArray[np.intp]
+    residual: Array
+    jacobian: Array | None
+
+
+@dataclass(frozen=True)
+class Model:
+    """A robot that predicts data, as a function of displacements of named parameters.
+
+    Attributes:
+        robot: where all displacements are zero.
+        names: the parameters that are displaced, in the order of `robot.displaced`.
+        data: what is predicted.
+    """
+
+    robot: Robot
+    names: tuple[str, ...]
+    data: Measurements
+
+    @cached_property
+    def setups(self) -> tuple[Setup, ...]:
+        """The assemblies that the data need, with their rows."""
+        return tuple(self._setup(found) for found in combinations(self.data))
+
+    def _setup(self, found: Combination) -> Setup:
+        assembly = assemble(self.robot, found.station, found.target, found.load)
+        chain, elastic = assembly.mechanism.chain, assembly.mechanism.elastic
+        columns = {name: column for column, name in enumerate(self.names)}
+        elements = sorted(chain.index[name] for name in columns if name in chain.index)
+        used = [columns[chain.elements[i].name] for i in elements]
+        coefficients = []
+        for spring, element in enumerate(elastic):
+            for k, coefficient in enumerate(assembly.springs[spring].law.coefficients):
+                name = f"{chain.elements[element].name}.{coefficient}"
+                if name in columns:
+                    coefficients.append((spring, k))
+                    used.append(columns[name])
+        index = np.array(elements, dtype=int)
+        return Setup(assembly, found.rows, found.kinds, index, coefficients, np.array(used, dtype=int))
+
+    def displaced(self, displacements: Array) -> Robot:
+        """The robot at displacements (parameters,)."""
+        return self.robot.displaced(dict(zip(self.names, displacements.tolist(), strict=True)))
+
+    def parts(self, displacements: Array, derivatives: bool = True, held: bool = False) -> Iterator[Part]:
+        """Predict the data at displacements (parameters,), block by block.
+
+        Args:
+            displacements: from `robot`.
+            derivatives: whether to fill in the Jacobian.
+            held: whether deflections are held at zero, as if nothing gave way; the columns of law coefficients are
+                then their first effect.
+
+        Raises:
+            EquilibriumError: a pose does not settle under its load.
+        """
+        for setup in self.setups:
+            values, springs = _displaced(setup, displacements)
+            mechanism = setup.assembly.mechanism
+            placement = place(mechanism.chain, values)
+            for start in range(0, len(setup.rows), BLOCK):
+                rows = setup.rows[start : start + BLOCK]
+                wrench = None if self.data.wrench is None else self.data.wrench[rows].T
+                motion = setup.assembly.motion(np.ascontiguousarray(self.data.q[rows].T))
+                if held:
+                    rest = np.zeros((len(springs), len(rows)))
+                    state = at_deflections(mechanism, placement, springs, motion, rest, wrench)
+                else:
+                    state = settle(mechanism, placement, springs, motion, wrench)
+                yield from self._observed(setup, rows, state, derivatives, not held)
+
+    def _observed(
+        self, setup: Setup, rows: NDArray[np.intp], state: Equilibrium, derivatives: bool, coupled: bool
+    ) -> Iterator[Part]:
+        position, rotation = target_pose(state)
+        columns = self._columns(setup, state, position, coupled) if derivatives else None
+        for kind in setup.kinds:
+            residual = _residual(self.data, kind, rows, position, rotation)
+            part = None
+            if columns is not None:
+                part = _of_kind(kind, columns, position)
+                part[:, -1] = residual
+            yield Part(kind, rows, residual, part)
+
+    def _columns(self, setup: Setup, state: Equilibrium, position: Array, coupled: bool) -> Array:
+        """(3 or 6, parameters + 1, n), the last row not filled in."""
+        count, n = len(self.names), position.shape[1]
+        channels = 6 if "orientation" in setup.kinds else 3
+        if np.array_equal(setup.columns, np.arange(count)):
+            columns = np.empty((channels, count + 1, n))
+            jacobian(state, setup.elements, setup.coefficients, position, coupled, columns[:, :-1])
+            return columns
+        found = np.empty((channels, len(setup.columns), n))
+        jacobian(state, setup.elements, setup.coefficients, position, coupled, found)
+        columns = np.zeros((channels, count + 1, n))
+        columns[:, setup.columns] = found
+        return columns
+
+
+def combinations(data: Measurements) -> list[Combination]:
+    """Rows that share station, target, payload and kinds of observation, with these."""
+    labels = {"station": data.station, "target": data.target, "load": data.load}
+    key = np.zeros(len(data), dtype=np.int64)
+    for label in labels.values():
+        if label is not None:
+            key = key * (len(label.names) + 1) + label.codes + 1
+    for kind in KINDS:
+        key = key * 2 + data.measures(kind)
+    _, first, which = np.unique(key, return_index=True, return_inverse=True)
+    found = []
+    for number, row in enumerate(first):
+        names = {name: None if label is None else label.name(int(label.codes[row])) for name, label in labels.items()}
+        kinds = tuple(kind for kind in KINDS if data.measures(kind)[row])
+        found.append(Combination(np.flatnonzero(which == number), kinds, **names))
+    return found
+
+
+def _displaced(setup: Setup, displacements: Array) -> tuple[Array, tuple[Spring, ...]]:
+    """Element values and springs of a setup at displacements (parameters,)."""
+    count = len(setup.elements)
+    values = setup.assembly.mechanism.chain.values.copy()
+    values[setup.elements] += displacements[setup.columns[:count]]
+    coefficients = [list(spring.coefficients) for spring in setup.assembly.springs]
+    for (spring, k), column in zip(setup.coefficients, setup.columns[count:], strict=True):
+        coefficients[spring][k] += displacements[column]
+    springs = zip(setup.assembly.springs, coefficients, strict=True)
+    return values, tuple(replace(spring, coefficients=tuple(changed)) for spring, changed in springs)
+
+
+def _residual(data: Measurements, kind: str, rows: NDArray[np.intp], position: Array, rotation: Array) -> Array:
+    if kind == "position":
+        return data.position[rows].T - position
+    if kind == "orientation":
+        measured = data.rotation[rows].transpose(1, 2, 0)
+        return rotation_vectors(np.einsum("ikn,jkn->ijn", measured, rotation))
+    return (data.distance[rows] - np.linalg.norm(position, axis=0))[None]
+
+
+def _of_kind(kind: str, columns: Array, position: Array) -> Array:
+    if kind == "position":
+        return columns[:3]
+    if kind == "orientation":
+        return columns[3:]
+    towards = position / np.linalg.norm(position, axis=0)
+    return np.einsum("cn,cpn->pn", towards, columns[:3])[None]
+
+
+def predict(
+    robot: Robot,
+    q: Array,
+    *,
+    station: str | None = None,
+    target: str | None = None,
+    load: str | None = None,
+    wrench: Array | None = None,
+) -> tuple[Array, Array]:
+    """Where the loaded robot puts a target.
+
+    Args:
+        robot: nominal or identified.
+        q: (poses, joints) the controller's joint positions [rad or m].
+        station: the instrument's station; None: the robot's base.
+        target: a target of the robot; None: the tool's origin.
+        load: a payload of the robot.
+        wrench: (poses, 6) on the tool, force first, in the tool's frame [N, N m].
+
+    Returns:
+        Positions (poses, 3) [m] and rotations (poses, 3, 3) in the instrument's frame.
+
+    Raises:
+        EquilibriumError: a pose does not settle under its load.
+    """
+    assembly = assemble(robot, station, target, load)
+    mechanism = assembly.mechanism
+    placement = place(mechanism.chain, mechanism.chain.values)
+    q = np.atleast_2d(np.asarray(q, dtype=float))
+    positions, rotations = np.empty((len(q), 3)), np.empty((len(q), 3, 3))
+    for start in range(0, len(q), BLOCK):
+        rows = slice(start, start + BLOCK)
+        external = None if wrench is None else np.asarray(wrench, dtype=float)[rows].T
+        state = settle(mechanism, placement, assembly.springs, assembly.motion(q[rows].T), external)
+        position, rotation = target_pose(state)
+        positions[rows], rotations[rows] = position.T, rotation.transpose(2, 0, 1)
+    return positions, rotations

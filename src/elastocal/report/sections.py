@@ -1,0 +1,124 @@
+"""Sections of a report: pure functions from a result to text and tables, rendered elsewhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from elastocal.identification import CalibrationResult, IdentifiedElement, IdentifiedParameter, Statistics
+from elastocal.validation import ValidationResult
+
+LABELS = {
+    "nominal": "nominal, fitted rows",
+    "calibrated": "calibrated, fitted rows",
+    "held_out_nominal": "nominal, held-out rows",
+    "held_out": "calibrated, held-out rows",
+}
+
+DISPLAY = {"m": ("mm", 1e3), "rad": ("deg", 180.0 / math.pi), "rad/(N·m)": ("µrad/(N·m)", 1e6), "m/(N)": ("µm/N", 1e6)}
+"""Units that people read, and their factors from SI."""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A title, a table of text (the first column is left-aligned, the rest right) and sentences below it."""
+
+    title: str
+    header: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+    sentences: tuple[str, ...] = ()
+
+
+def error_section(title: str, found: Mapping[str, Statistics], verdict: str) -> Section:
+    """Errors by name: rows, mean, max, rms in mm, and the mean angle where orientations were measured."""
+    angles = any(statistics.angle for statistics in found.values())
+    header = ("position error", "rows", "mean [mm]", "max [mm]", "rms [mm]") + (("angle [mrad]",) if angles else ())
+    rows = []
+    for name, s in found.items():
+        row = (LABELS.get(name, name), str(s.n), *(_fixed(1e3 * value, 4) for value in (s.mean, s.max, s.rms)))
+        rows.append(row + ((_fixed(1e3 * s.angle.mean, 3) if s.angle else "",) if angles else ()))
+    return Section(title, header, tuple(rows), (verdict,))
+
+
+def parameter_section(result: CalibrationResult) -> Section:
+    """What was identified, with standard deviations; what was not, counted."""
+    shown = [p for p in result.parameters if p.std is not None and not p.unit.startswith(("rad/", "m/"))]
+    rows = []
+    for p in shown:
+        unit, scale = DISPLAY[p.unit]
+        nominal = "" if p.nominal is None else f"{p.nominal * scale:.6g}"
+        value, spread = with_deviation(p.identified * scale, (p.std or 0.0) * scale)
+        rows.append((p.name, unit, nominal, value, spread, p.verdict))
+    return Section(
+        "Identified parameters",
+        ("parameter", "unit", "nominal", "identified", "±", "verdict"),
+        tuple(rows),
+        tuple(_not_identified(result.parameters)),
+    )
+
+
+def _not_identified(parameters: Sequence[IdentifiedParameter]) -> list[str]:
+    counted = []
+    for verdict in ("dependent", "unobservable", "fixed"):
+        names = [p.name for p in parameters if p.verdict == verdict]
+        if names:
+            listed = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+            counted.append(f"{len(names)} {verdict}: {listed}")
+    return counted
+
+
+def elastic_section(result: CalibrationResult) -> Section:
+    """Compliance and stiffness of each elastic element."""
+    rows = [row for element in result.elastic for row in _elastic_rows(element, result)]
+    header = ("compliance", "unit", "identified", "±", "stiffness", "verdict")
+    return Section("Compliance", header, tuple(rows))
+
+
+def _elastic_rows(element: IdentifiedElement, result: CalibrationResult) -> list[tuple[str, ...]]:
+    rows = []
+    for p in result.parameters:
+        if p.name.rpartition(".")[0] != element.element or not p.unit.startswith(("rad/", "m/")):
+            continue
+        unit, scale = DISPLAY.get(p.unit, (p.unit, 1.0))
+        value, spread = (f"{p.identified * scale:.4g}", "") if p.std is None else with_deviation(p.identified * scale, p.std * scale)
+        stiffness = f"{1.0 / p.identified:.3g}" if p.identified and p.verdict in ("identified", "fixed") else ""
+        rows.append((p.name, unit, value, spread, stiffness, p.verdict))
+    return rows
+
+
+def advice_sections(warnings: Sequence[str], notes: Sequence[str] = ()) -> list[Section]:
+    """Warnings with remedies, then what the data cannot say."""
+    found = []
+    if warnings:
+        found.append(Section("Warnings", sentences=tuple(warnings)))
+    if notes:
+        found.append(Section("Notes", sentences=tuple(notes)))
+    return found
+
+
+def calibration_sections(result: CalibrationResult) -> list[Section]:
+    """All sections on a calibration: verdict first."""
+    sections = [error_section(f"{result.robot.name}: {result.status.replace('_', ' ')}", result.residuals, result.verdict)]
+    sections.append(parameter_section(result))
+    if result.elastic:
+        sections.append(elastic_section(result))
+    return sections + advice_sections(result.warnings, result.notes)
+
+
+def validation_sections(result: ValidationResult) -> list[Section]:
+    """All sections on a validation."""
+    found = {"all rows": result.statistics, **result.parts}
+    return [error_section(f"{result.robot.name}: validation", found, result.verdict), *advice_sections(result.warnings)]
+
+
+def with_deviation(value: float, deviation: float) -> tuple[str, str]:
+    """A value and its standard deviation, this one to two digits and the value to the same place."""
+    if not (math.isfinite(deviation) and deviation > 0.0):
+        return f"{value:.6g}", f"{deviation:.2g}"
+    places = max(0, 1 - math.floor(math.log10(deviation)))
+    return _fixed(value, places), _fixed(deviation, places)
+
+
+def _fixed(value: float, places: int) -> str:
+    return f"{value:.{places}f}"
