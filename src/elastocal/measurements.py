@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,22 +27,27 @@ class Labels:
 
     @classmethod
     def none(cls, n: int) -> Labels:
+        """No name in any of n rows."""
         return cls((), np.full(n, -1, dtype=np.int32))
 
     @classmethod
     def of(cls, values: Sequence[str | None]) -> Labels:
+        """The names of rows, one each."""
         names = tuple(dict.fromkeys(value for value in values if value is not None))
         index = {name: code for code, name in enumerate(names)} | {None: -1}
         return cls(names, np.array([index[value] for value in values], dtype=np.int32))
 
     def name(self, code: int) -> str | None:
+        """The name of a code."""
         return self.names[code] if code >= 0 else None
 
     def take(self, rows: NDArray[np.intp]) -> Labels:
+        """The labels of some rows."""
         return replace(self, codes=self.codes[rows])
 
     @classmethod
     def joined(cls, parts: Sequence[Labels]) -> Labels:
+        """Labels one after the other."""
         names = tuple(dict.fromkeys(name for part in parts for name in part.names))
         codes = []
         for part in parts:
@@ -57,7 +63,7 @@ class Measurements:
     Attributes:
         q: (n, joints) the controller's joint positions [rad or m].
         position: (n, 3) of the target [m].
-        rotation: (n, 3, 3) of the target.
+        orientation: (n, 3, 3) rotations of the target.
         distance: (n,) of the target from the instrument's origin [m].
         sigma: (n, 3) standard deviations of the position, or of the distance (first column) [m]; NaN: not known.
         sigma_angle: (n,) standard deviation of the orientation about each axis [rad]; NaN: not known.
@@ -70,7 +76,7 @@ class Measurements:
 
     q: Array
     position: Array | None = None
-    rotation: Array | None = None
+    orientation: Array | None = None
     distance: Array | None = None
     sigma: Array | None = None
     sigma_angle: Array | None = None
@@ -88,17 +94,21 @@ class Measurements:
 
     def take(self, rows: NDArray[np.intp]) -> Measurements:
         """The measurements of some rows."""
-        parts = {field.name: getattr(self, field.name) for field in fields(self)}
-        chosen = {
-            name: value.take(rows) if isinstance(value, Labels) else value[rows]
-            for name, value in parts.items()
-            if value is not None
-        }
+        chosen: dict[str, Any] = {}
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None:
+                chosen[field.name] = value.take(rows) if isinstance(value, Labels) else value[rows]
         return Measurements(**chosen)
+
+    def observed(self, kind: str) -> Array:
+        """The observations of a kind, which there must be: (n, 3), (n, 3, 3) or (n,)."""
+        values: Array = getattr(self, kind)
+        return values
 
     def measures(self, kind: str) -> NDArray[np.bool_]:
         """Which rows have an observation of a kind, (n,)."""
-        values = {"position": self.position, "orientation": self.rotation, "distance": self.distance}[kind]
+        values = getattr(self, kind)
         if values is None:
             return np.zeros(len(self), dtype=bool)
         return np.isfinite(values.reshape(len(self), -1)[:, 0])
@@ -111,37 +121,39 @@ class Measurements:
 
 
 def concatenate(parts: Sequence[Measurements]) -> Measurements:
-    """Measurements one after the other; what a part lacks is filled with NaN, or with no name. Pose numbers stay apart."""
+    """Measurements one after the other; what a part lacks is NaN, or without a name. Pose numbers stay apart."""
     if len(parts) == 1:
         return parts[0]
-    joined = {}
-    offset = 0
-    poses = []
-    for part in parts:
-        if part.pose is not None:
-            poses.append(np.where(part.pose >= 0, part.pose + offset, -1))
-            offset += int(part.pose.max(initial=-1)) + 1
-        else:
-            poses.append(np.full(len(part), -1))
+    joined: dict[str, Any] = {}
     for field in fields(Measurements):
         columns = [getattr(part, field.name) for part in parts]
-        given = [column for column in columns if column is not None]
-        if not given:
-            continue
-        if field.name == "pose":
-            joined["pose"] = np.concatenate(poses)
-        elif isinstance(given[0], Labels):
+        given = next((column for column in columns if column is not None), None)
+        if field.name == "pose" and given is not None:
+            joined["pose"] = _joined_poses(parts)
+        elif isinstance(given, Labels):
             whole = [Labels.none(len(p)) if c is None else c for p, c in zip(parts, columns, strict=True)]
             joined[field.name] = Labels.joined(whole)
-        else:
-            shape = given[0].shape[1:]
-            whole = [np.full((len(p), *shape), np.nan) if c is None else c for p, c in zip(parts, columns, strict=True)]
-            joined[field.name] = np.concatenate(whole)
+        elif given is not None:
+            lacking = [
+                np.full((len(p), *given.shape[1:]), np.nan) if c is None else c
+                for p, c in zip(parts, columns, strict=True)
+            ]
+            joined[field.name] = np.concatenate(lacking)
     return Measurements(**joined)
+
+
+def _joined_poses(parts: Sequence[Measurements]) -> NDArray[np.int64]:
+    poses, offset = [], 0
+    for part in parts:
+        pose = np.full(len(part), -1) if part.pose is None else part.pose
+        poses.append(np.where(pose >= 0, pose + offset, -1))
+        offset += int(pose.max(initial=-1)) + 1
+    return np.concatenate(poses)
 
 
 def repeats(data: Measurements) -> NDArray[np.intp]:
     """A number for each row, the same for rows of one pose: by pose number, or joints that agree to SAME_POSE."""
+    # imported late: it takes longer than a calibration
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree

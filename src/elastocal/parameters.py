@@ -47,7 +47,10 @@ class Parameter:
 
 def parameters_of(robot: Robot) -> dict[str, Parameter]:
     """All parameters of a robot by name, in chain order, compliances last. Compliances are open where they are zero."""
-    found = [*_frame_parameters(robot, "base"), *(p for s in robot.stations for p in _frame_parameters(robot, f"station.{s}"))]
+    found = [
+        *_frame_parameters(robot, "base"),
+        *(p for s in robot.stations for p in _frame_parameters(robot, f"station.{s}")),
+    ]
     found += _row_parameters(robot)
     found += _frame_parameters(robot, "tool")
     found += [p for target in robot.targets for p in _frame_parameters(robot, f"target.{target}")]

@@ -44,7 +44,9 @@ def simulate(
         noise: standard deviation of each coordinate of the position, and of the distance [m].
         noise_angle: standard deviation of the orientation about each axis [rad].
         state_sigma: whether the measurements state these standard deviations.
-        station, target, load: names in the robot.
+        station: name in the robot; None: its base.
+        target: name in the robot; None: the tool's origin.
+        load: name of a payload in the robot.
         wrench: (poses, 6) on the tool.
         seed: of the noise.
     """
@@ -56,7 +58,7 @@ def simulate(
     return Measurements(
         q=np.asarray(q, dtype=float),
         position=position + shifts[:, :3] if "position" in kinds else None,
-        rotation=turns @ rotation if "orientation" in kinds else None,
+        orientation=turns @ rotation if "orientation" in kinds else None,
         distance=np.linalg.norm(position, axis=1) + shifts[:, 3] if "distance" in kinds else None,
         sigma=np.full((n, 3), noise) if state_sigma and noise else None,
         sigma_angle=np.full(n, noise_angle) if state_sigma and noise_angle else None,

@@ -27,7 +27,7 @@ def twist_columns(frames: Frames, target: Array, orientation: bool) -> Array:
 
 
 def cross(left: Array, right: Array, out: Array | None = None) -> Array:
-    """left x right, components in the first axis; several times as fast as numpy.cross on such arrays."""
+    """Cross product, components in the first axis; several times as fast as numpy.cross on such arrays."""
     if out is None:
         out = np.empty(np.broadcast_shapes(left.shape, right.shape))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):

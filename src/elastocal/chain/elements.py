@@ -79,6 +79,7 @@ class Chain:
 
     @cached_property
     def moving_index(self) -> NDArray[np.intp]:
+        """The moving elements, (moving,)."""
         return np.array(self.moving, dtype=int)
 
     @cached_property

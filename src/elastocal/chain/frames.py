@@ -21,7 +21,7 @@ class Frames(NamedTuple):
 
 
 def forward(placement: Placement, motion: Array) -> Frames:
-    """The frames at the moving elements' positions (moving, n): joint positions and deflections, without own values."""
+    """The frames at the moving elements' motion (moving, n): joint positions and deflections, without own values."""
     moving, n = motion.shape
     axes = np.empty((3, moving + 1, 3, n))
     origins = np.empty((3, moving + 1, n))
@@ -48,7 +48,7 @@ def forward(placement: Placement, motion: Array) -> Frames:
 
 
 def _sines_and_cosines(angles: Array) -> tuple[Array, Array]:
-    """By the tangent of the half angle, which NumPy vectorises where it does not vectorise sine and cosine (4 times as fast)."""
+    """By the tangent of the half angle: NumPy vectorises it, but not sine and cosine: four times as fast."""
     tangent = np.tan(0.5 * angles)
     square = tangent * tangent
     inverse = 1.0 / (1.0 + square)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from elastocal.chain.elements import Array, Chain
-from elastocal.chain.rotations import skew
+from elastocal.chain.elements import Chain
+from elastocal.chain.rotations import Array, skew
 
 
 @dataclass(frozen=True)

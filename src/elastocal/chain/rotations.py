@@ -6,14 +6,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
 
 def skew(vectors: Array) -> Array:
-    """Cross-product matrices (n, 3, 3) of vectors (n, 3): skew(a) @ b = a x b."""
+    """Cross-product matrices (n, 3, 3) of vectors (n, 3): they turn b into a x b."""
     matrices = np.zeros((*vectors.shape, 3))
     x, y, z = np.moveaxis(vectors, -1, 0)
     matrices[..., 0, 1], matrices[..., 0, 2], matrices[..., 1, 2] = -z, y, -x
@@ -21,7 +20,7 @@ def skew(vectors: Array) -> Array:
     return matrices
 
 
-def rotation_about(axis: Array, angle: float) -> Array:
+def rotation_about(axis: Sequence[float], angle: float) -> Array:
     """The rotation (3, 3) about a unit axis (3,) by an angle [rad], by Rodrigues' formula."""
     cross = skew(np.asarray(axis))
     return np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)
@@ -40,7 +39,7 @@ def rotation_from_rpy(rpy: Sequence[float]) -> Array:
 
 
 def rpy_from_rotation(rotation: Array) -> tuple[float, float, float]:
-    """Roll, pitch and yaw [rad] of a rotation (3, 3); where the pitch is 90 deg only yaw -+ roll counts, and roll is 0."""
+    """Roll, pitch and yaw [rad] of a rotation (3, 3); at a pitch of 90 deg, where they are not unique, roll is 0."""
     pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
     if math.cos(pitch) < 1e-9:
         return 0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1])

@@ -1,4 +1,4 @@
-"""elastocal calibrate"""
+"""The command `elastocal calibrate`."""
 
 from __future__ import annotations
 
@@ -24,33 +24,19 @@ def calibrate(
 ) -> int:
     """Identify a robot's geometry and compliance from measurements.
 
-    Example: `elastocal calibrate robot.toml tracker.csv --elastic 2,3 --holdout 0.3 -o result`
-
-    Parameters
-    ----------
-    robot
-        Nominal robot: a robot file (TOML) or a URDF.
-    data
-        Measurements: CSV, Parquet, or the TOML descriptor of an instrument's own file.
-    held_out
-        Measurements to judge the calibration by, which the fit does not see.
-    holdout
-        Instead, the fraction of the rows to hold out, as 0.3; repeats of a pose stay together.
-    identify
-        Only parameters that match these patterns, as "*.theta" "2.*"; all geometry if left out. Frames that the robot
-        file does not call known are always identified.
-    fix
-        Parameters that match these patterns stay as they are.
-    elastic
-        Elements that give way, and their laws: 2,3 for the joints of rows 2 and 3, 3.alpha for any element.
-    tip
-        Link where the chain of a URDF ends.
-    seed
-        Of the choice of rows to hold out.
-    output
-        Folder for robot.toml, result.json and residuals.csv.
-    json
-        Print the result object and nothing else on standard output.
+    Args:
+        robot: Nominal robot: a robot file (TOML) or a URDF.
+        data: Measurements: CSV, Parquet, or the TOML descriptor of an instrument's own file.
+        held_out: Measurements to judge the calibration by, which the fit does not see.
+        holdout: Instead, the fraction of the rows to hold out, as 0.3; repeats of a pose stay together.
+        identify: Only parameters that match these patterns, as `*.theta` or `2.*`; all geometry if left out. Frames
+            that the robot file does not call known are always identified.
+        fix: Parameters that match these patterns stay as they are.
+        elastic: Elements that give way, and their laws: 2,3 for the joints of rows 2 and 3, 3.alpha for any element.
+        tip: Link where the chain of a URDF ends.
+        seed: Of the choice of rows to hold out.
+        output: Folder for robot.toml, result.json and residuals.csv.
+        json: Print the result object and nothing else on standard output.
     """
     from elastocal.cli.main import DONE, FAILED
     from elastocal.cli.show import progress, show

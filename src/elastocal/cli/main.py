@@ -13,11 +13,24 @@ DONE, FAILED, BAD_INPUT = 0, 1, 2
 """Exit status: done; ran, but the verdict is failure; bad input or usage."""
 
 COMMANDS = {
-    "calibrate": "Identify a robot's geometry and compliance from measurements.",
-    "validate": "Errors of a robot, nominal or calibrated, on measurements it was not fitted to.",
-    "demo": "The whole way on a built-in example: robot file, measurements, calibration, validation.",
-    "new": "A commented robot file and an empty measurement table to fill in.",
+    "calibrate": (
+        "Identify a robot's geometry and compliance from measurements.",
+        "elastocal calibrate robot.toml tracker.csv --elastic 2,3 --holdout 0.3 -o result",
+    ),
+    "validate": (
+        "Errors of a robot, nominal or calibrated, on measurements it was not fitted to.",
+        "elastocal validate result/robot.toml tracker2.csv --refit base",
+    ),
+    "demo": (
+        "The whole way on a built-in example: robot file, measurements, calibration, validation.",
+        "elastocal demo -o elastocal-demo",
+    ),
+    "new": (
+        "A commented robot file and an empty measurement table to fill in.",
+        "elastocal new my-robot --joints 6 --convention standard-dh",
+    ),
 }
+"""Summary and example of each command."""
 
 
 def build_app() -> App:
@@ -30,8 +43,8 @@ def build_app() -> App:
         exit_on_error=False,
         help_format="markdown",
     )
-    for name, summary in COMMANDS.items():
-        app.command(f"elastocal.cli.{name}:{name}", name=name, help=summary)
+    for name, (summary, example) in COMMANDS.items():
+        app.command(f"elastocal.cli.{name}:{name}", name=name, help=summary, help_epilogue=f"Example: `{example}`")
     return app
 
 

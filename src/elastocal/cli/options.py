@@ -27,7 +27,9 @@ def parse_elastic(text: str | None) -> dict[str, str]:
     for item in (text or "").split(",") if text is not None else ():
         element, _, law = item.strip().partition(":")
         if not element:
-            raise InputError(f"--elastic {text}: expected elements as in 2,3 or 2:linear,3.alpha:linear, found an empty one")
+            raise InputError(
+                f"--elastic {text}: expected elements as in 2,3 or 2:linear,3.alpha:linear, found an empty one"
+            )
         if element in laws:
             raise InputError(f"--elastic {text}: element {element!r} is named twice")
         laws[element] = law.strip() or "linear"

@@ -1,4 +1,4 @@
-"""elastocal validate"""
+"""The command `elastocal validate`."""
 
 from __future__ import annotations
 
@@ -19,22 +19,15 @@ def validate(
 ) -> int:
     """Errors of a robot, nominal or calibrated, on measurements it was not fitted to.
 
-    Example: `elastocal validate result/robot.toml tracker2.csv --refit base`
+    Frames that the robot file does not call known are fitted to these measurements first.
 
-    Parameters
-    ----------
-    robot
-        Robot: a robot file (TOML), such as a calibration writes, or a URDF.
-    data
-        Measurements: CSV, Parquet, or the TOML descriptor of an instrument's own file.
-    refit
-        Frames to fit anew, as base or tool, where the instrument or the probe was moved since.
-    tip
-        Link where the chain of a URDF ends.
-    output
-        CSV file for the residuals of every row.
-    json
-        Print the result object and nothing else on standard output.
+    Args:
+        robot: Robot: a robot file (TOML), such as a calibration writes, or a URDF.
+        data: Measurements: CSV, Parquet, or the TOML descriptor of an instrument's own file.
+        refit: Frames to fit anew, as base or tool, where the instrument or the probe was moved since.
+        tip: Link where the chain of a URDF ends.
+        output: CSV file for the residuals of every row.
+        json: Print the result object and nothing else on standard output.
     """
     from elastocal.cli.main import DONE
     from elastocal.cli.show import show

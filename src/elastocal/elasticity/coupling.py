@@ -24,7 +24,7 @@ def coupled_deflections(deflections: Array, slopes: Array, mutual: Array) -> Arr
 
 
 def coupled_columns(columns: Array, slopes: Array, mutual: Array) -> Array:
-    """columns (1 - s H)^-1, (k, elastic, n): what a direct change of a deflection does, the other loads' answer included."""
+    """Columns times (1 - s H)^-1, (k, elastic, n): what a direct change of a deflection does, all answers included."""
     return _series(columns, lambda x: np.einsum("kln,lmn->kmn", x * slopes, mutual))
 
 

@@ -28,7 +28,7 @@ MAX_PASSES = 30
 
 @dataclass(frozen=True)
 class Spring:
-    """How an elastic element gives way: law, coefficients [rad/(N m)^power or m/N^power], transition torque [N m or N]."""
+    """How an element gives way: law, coefficients [rad/(N m)^power or m/N^power], transition torque [N m or N]."""
 
     law: Law
     coefficients: tuple[float, ...]
@@ -92,7 +92,7 @@ def at_deflections(
     wrench: Array | None = None,
     undeflected: Array | None = None,
 ) -> Equilibrium:
-    """The chain at given deflections (elastic, n), whatever loads it; `undeflected` loads decide the sides of a step."""
+    """The chain at given deflections (elastic, n); loads `undeflected` decide the sides of a law with a transition."""
     moved = motion.copy()
     moved[mechanism.elastic_rows] += deflections
     statics = load(mechanism, placement, forward(placement, moved), wrench)

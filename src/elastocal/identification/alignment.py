@@ -25,20 +25,18 @@ SAMPLE = 500
 
 @dataclass(frozen=True)
 class _Sample:
-    """Some rows of one combination: flange poses in the base frame, and what was observed of the target."""
+    """Some rows of one combination: flange poses in the base frame, and the observations of the target by kind."""
 
     station: str
     target: str
     rotation: Array
     translation: Array
-    position: Array | None
-    orientation: Array | None
-    distance: Array | None
+    observed: Mapping[str, Array]
 
 
 @dataclass
 class _Placed:
-    """What is known so far: base_T_instrument by station, flange_T_target by target; rotations and translations apart."""
+    """What is known so far, rotations apart: base_T_instrument by station, flange_T_target by target."""
 
     turned: dict[str, Array] = field(default_factory=dict)
     shifted: dict[str, Array] = field(default_factory=dict)
@@ -51,10 +49,10 @@ def align(robot: Robot, data: Measurements) -> Robot:
     """
     samples = [_sample(robot, data, found) for found in combinations(data)]
     placed = _what_is_known(robot, samples)
-    _solve_rotations(placed, [s for s in samples if s.orientation is not None])
-    _solve_positions(placed, [s for s in samples if s.position is not None])
+    _solve_rotations(placed, [s for s in samples if "orientation" in s.observed])
+    _solve_positions(placed, [s for s in samples if "position" in s.observed])
     for sample in samples:
-        if sample.distance is not None and sample.station not in placed.shifted:
+        if "distance" in sample.observed and sample.station not in placed.shifted:
             _solve_distances(placed, sample)
     return _with_placed(robot, placed, samples)
 
@@ -69,9 +67,7 @@ def _sample(robot: Robot, data: Measurements, found: Combination) -> _Sample:
         target="tool" if found.target is None else f"target.{found.target}",
         rotation=rotation,
         translation=translation,
-        position=data.position[rows] if "position" in found.kinds else None,
-        orientation=data.rotation[rows] if "orientation" in found.kinds else None,
-        distance=data.distance[rows] if "distance" in found.kinds else None,
+        observed={kind: data.observed(kind)[rows] for kind in found.kinds},
     )
 
 
@@ -136,7 +132,7 @@ def _solve_rotations(placed: _Placed, samples: Sequence[_Sample]) -> None:
     system = _Linear()
     for s in samples:
         n = len(s.rotation)
-        seen = np.einsum("ac,nbd->nabcd", np.eye(3), s.orientation.transpose(0, 2, 1)).reshape(9 * n, 9)
+        seen = np.einsum("ac,nbd->nabcd", np.eye(3), s.observed["orientation"].transpose(0, 2, 1)).reshape(9 * n, 9)
         carried = np.einsum("nac,bd->nabcd", s.rotation, np.eye(3)).reshape(9 * n, 9)
         system.add({s.station: seen, s.target: -carried}, np.zeros(9 * n), placed.turned)
     if not system.unknowns:
@@ -163,7 +159,7 @@ def _solve_positions(placed: _Placed, samples: Sequence[_Sample]) -> None:
             for name in turning:
                 mine = [s for s in samples if s.station == name]
                 there = np.concatenate([s.rotation @ carried[s.target] + s.translation for s in mine])
-                placed.turned[name] = _rotation_between(np.concatenate([s.position for s in mine]), there)
+                placed.turned[name] = _rotation_between(np.concatenate([s.observed["position"] for s in mine]), there)
             found, _ = _linear_positions(placed, samples)
     placed.shifted |= {name: value for name, value in found.items() if not name.endswith(" turn")}
 
@@ -174,9 +170,13 @@ ALTERNATIONS = 50
 def _linear_positions(placed: _Placed, samples: Sequence[_Sample]) -> tuple[dict[str, Array], bool]:
     system = _Linear()
     for s in samples:
-        n = len(s.position)
-        seen = np.einsum("ac,nd->nacd", np.eye(3), s.position).reshape(3 * n, 9)
-        blocks = {s.station: np.tile(np.eye(3), (n, 1)), s.target: -s.rotation.reshape(3 * n, 3), f"{s.station} turn": seen}
+        n = len(s.rotation)
+        seen = (np.eye(3)[:, :, None] * s.observed["position"][:, None, None]).reshape(3 * n, 9)
+        blocks = {
+            s.station: np.tile(np.eye(3), (n, 1)),
+            s.target: -s.rotation.reshape(3 * n, 3),
+            f"{s.station} turn": seen,
+        }
         known = placed.shifted | {f"{name} turn": turn for name, turn in placed.turned.items()}
         system.add(blocks, s.translation.ravel(), known)
     return system.solve() if system.unknowns else ({}, True)
@@ -184,11 +184,12 @@ def _linear_positions(placed: _Placed, samples: Sequence[_Sample]) -> tuple[dict
 
 def _solve_distances(placed: _Placed, s: _Sample) -> None:
     """Solve |R y + t - p|^2 = d^2 for the instrument's place p in the base frame and, unless it is known, y."""
-    n = len(s.distance)
+    squares = s.observed["distance"] ** 2
+    n = len(squares)
     system = _Linear()
     if s.target in placed.shifted:
         point = s.rotation @ placed.shifted[s.target] + s.translation
-        system.add({"place": -2.0 * point, "square": np.ones((n, 1))}, s.distance**2 - (point**2).sum(axis=1), {})
+        system.add({"place": -2.0 * point, "square": np.ones((n, 1))}, squares - (point**2).sum(axis=1), {})
     else:
         blocks = {
             "place": -2.0 * s.translation,
@@ -196,7 +197,7 @@ def _solve_distances(placed: _Placed, s: _Sample) -> None:
             "product": -2.0 * s.rotation.reshape(n, 9),
             "square": np.ones((n, 1)),
         }
-        system.add(blocks, s.distance**2 - (s.translation**2).sum(axis=1), {})
+        system.add(blocks, squares - (s.translation**2).sum(axis=1), {})
     found, _ = system.solve()
     placed.turned.setdefault(s.station, np.eye(3))  # distances do not tell how the instrument is turned
     placed.shifted[s.station] = found["place"]

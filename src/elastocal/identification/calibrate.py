@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from elastocal.errors import InputError
-from elastocal.identification.advice import notes_on, verdict_on, warnings_on
+from elastocal.identification.advice import with_advice
 from elastocal.identification.alignment import align
 from elastocal.identification.gauge import Gauge, choose_gauge
 from elastocal.identification.observability import observability
@@ -67,7 +67,7 @@ def calibrate(
         "holdout": holdout,
         "seed": seed,
     }
-    result = _assess(wished, gauge, model, solution, rest, springs, settings)
+    result = with_advice(_assess(wished, gauge, model, solution, rest, settings))
     return replace(result, seconds=time.perf_counter() - began)
 
 
@@ -101,7 +101,6 @@ def _assess(
     model: Model,
     solution: Solution,
     rest: Measurements | None,
-    springs: Sequence[str],
     settings: Mapping[str, object],
 ) -> CalibrationResult:
     """Uncertainty, residuals and verdicts of a fit."""
@@ -116,29 +115,22 @@ def _assess(
 
     seen = observability(solution.sums, np.array(list(gauge.effects.values())), len(model.data))
     errors = _row_errors(model.robot, identified, model.data, rest)
-    found = _all_statistics(errors)
     status = "converged" if solution.converged else "not_converged"
-    if seen.rank < seen.parameters:
-        status = "not_identifiable"
-    warnings = warnings_on(wished, model.data, table, gauge, found, seen, solution.converged, coordinates)
     return CalibrationResult(
         robot=identified,
         nominal_robot=model.robot,
-        status=status,
-        verdict=verdict_on(status, found, len(gauge.kept)),
+        status=status if seen.rank == seen.parameters else "not_identifiable",
         parameters=table,
         elastic=element_table(identified, table),
-        residuals=found,
+        residuals=_all_statistics(errors),
         observability=seen,
-        names=gauge.kept,
+        gauge=gauge,
         covariance=covariance,
+        coordinates=coordinates,
         model_sigma={kind: float(np.sqrt(variance)) for kind, variance in solution.variances.items()},
         chi2_reduced=chi2,
-        warnings=tuple(warnings),
-        notes=tuple(notes_on(wished, model.data, gauge, bool(springs), rest is not None)),
         errors=errors,
         iterations=solution.steps,
-        seconds=0.0,
         settings=settings,
     )
 

@@ -75,7 +75,7 @@ def choose_gauge(robot: Robot, data: Measurements, names: Sequence[str]) -> Gaug
     scale = np.where(visible, norms, 1.0)
     order = sorted(np.flatnonzero(visible).tolist(), key=lambda i: (parameters[names[i]].group, i))
     kept, combined = _eliminate(gram / np.outer(scale, scale), order)
-    dropped = {names[i]: _unobservable(model, parameters[names[i]]) for i in np.flatnonzero(~visible)}
+    dropped = {names[i]: _unobservable(model, parameters[names[i]]) for i in np.flatnonzero(~visible).tolist()}
     for i, others in combined.items():
         dropped[names[i]] = _dependent(names[i], tuple(names[k] for k in others))
     effects = {names[i]: float(norms[i] / np.sqrt(len(model.data))) for i in sorted(kept)}
@@ -86,7 +86,7 @@ def _effects(model: Model, size: float) -> Array:
     """Gram matrix (names, names) of the names' effects at generic poses; a radian counts as the reach in metres."""
     gram = np.zeros((len(model.names) + 1,) * 2)
     for part in model.parts(np.zeros(len(model.names)), held=True):
-        rows = part.jacobian * (size if part.kind == "orientation" else 1.0)
+        rows = part.jacobian * np.array(size if part.kind == "orientation" else 1.0)
         gram += (rows @ rows.swapaxes(1, 2)).sum(axis=0)
     return gram[:-1, :-1]
 

@@ -42,7 +42,9 @@ def generic_measurements(robot: Robot, data: Measurements, count: int) -> Measur
     each = max(6, -(-count // len(found)))
     n = each * len(found)
     q = rng.uniform(-np.pi, np.pi, (n, robot.positions))
-    observed = {kind: np.repeat([kind in c.kinds for c in found], each) for kind in ("position", "orientation", "distance")}
+    observed = {
+        kind: np.repeat([kind in c.kinds for c in found], each) for kind in ("position", "orientation", "distance")
+    }
 
     def filled(kind: str, value: float, shape: tuple[int, ...]) -> np.ndarray | None:
         present = observed[kind]
@@ -57,7 +59,7 @@ def generic_measurements(robot: Robot, data: Measurements, count: int) -> Measur
     blank = Measurements(
         q=q,
         position=filled("position", 0.0, (3,)),
-        rotation=filled("orientation", 0.0, (3, 3)),
+        orientation=filled("orientation", 0.0, (3, 3)),
         distance=filled("distance", 1.0, ()),
         target=names("target"),
         load=names("load"),

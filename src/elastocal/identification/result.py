@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastocal.chain import Array
+from elastocal.identification.gauge import Gauge
 from elastocal.identification.observability import Observability
 from elastocal.identification.statistics import Residuals, Statistics
 from elastocal.measurements import Measurements
@@ -74,43 +75,49 @@ class CalibrationResult:
         robot: the identified robot, its frames known.
         nominal_robot: the robot before, its open frames fitted.
         status: "converged", "not_converged" or "not_identifiable".
-        verdict: one sentence.
         parameters: every parameter of the robot.
         elastic: every elastic element.
         residuals: statistics of "nominal", "calibrated", "held_out_nominal" and "held_out" rows, the last two if any.
         observability: of the fitted poses.
-        names: of the identified parameters, with their `covariance` (names, names); small rotations for frames.
+        gauge: which parameters were identified, which were not and why.
+        covariance: (identified, identified) in the order of `gauge.kept`; of small rotations for frames.
+        coordinates: how many were observed, three for a position.
         model_sigma: by kind of observation, what the model leaves unexplained, beyond the stated deviations [m or rad].
         chi2_reduced: sum of squares over degrees of freedom, with the weights used.
-        warnings: sentences with a remedy.
-        notes: what the data cannot say, however good they are.
         errors: row by row.
         iterations, seconds: what it took.
         settings: what was asked for.
+        verdict: one sentence.
+        warnings: sentences with a remedy.
+        notes: what the data cannot say, however good they are.
     """
 
     robot: Robot
     nominal_robot: Robot
     status: str
-    verdict: str
     parameters: tuple[IdentifiedParameter, ...]
     elastic: tuple[IdentifiedElement, ...]
     residuals: Mapping[str, Statistics]
     observability: Observability
-    names: tuple[str, ...]
+    gauge: Gauge
     covariance: Array
+    coordinates: int
     model_sigma: Mapping[str, float]
     chi2_reduced: float
-    warnings: tuple[str, ...]
-    notes: tuple[str, ...]
     errors: RowErrors
     iterations: int
-    seconds: float
     settings: Mapping[str, object]
+    seconds: float = 0.0
+    verdict: str = ""
+    warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """The verdict table, in millimetres."""
-        lines = [f"{self.robot.name}: {self.status}", f"{'position error [mm]':24}{'rows':>8}{'mean':>10}{'max':>10}{'rms':>10}"]
+        lines = [
+            f"{self.robot.name}: {self.status}",
+            f"{'position error [mm]':24}{'rows':>8}{'mean':>10}{'max':>10}{'rms':>10}",
+        ]
         for name, found in self.residuals.items():
             numbers = "".join(f"{1e3 * value:10.4f}" for value in (found.mean, found.max, found.rms))
             lines.append(f"{name.replace('_', ' '):24}{found.n:8d}{numbers}")

@@ -14,12 +14,12 @@ from elastocal.measurements import KINDS
 from elastocal.prediction import Model
 
 SEEN = 1e-6
-"""Directions whose singular value is below this, relative to the largest one of the scaled Jacobian, are not seen by the
-data: a change along them would have to be a million times larger than elsewhere to show."""
+"""Directions whose singular value is below this, relative to the largest one of the scaled Jacobian, are not seen by
+the data: a change along them would have to be a million times larger than elsewhere to show."""
 
 STEP_LEFT = 1e-8
-"""A step that would lower the sum of squares by less than this is no step: the parameters would move by less than 1e-4 of
-their standard deviations."""
+"""A step that would lower the sum of squares by less than this is no step: the parameters would move by less than 1e-4
+of their standard deviations."""
 
 MAX_STEPS = 100
 MAX_REWEIGHTINGS = 30
@@ -63,7 +63,8 @@ class Normal:
 
     @classmethod
     def of(cls, sums: Sums) -> Normal:
-        gram = sum(kind.gram for kind in sums.values())
+        """The normal equations of sums."""
+        gram = np.sum([kind.gram for kind in sums.values()], axis=0)
         scale = np.sqrt(np.diag(gram)[:-1])
         scale = np.where(scale > 0.0, scale, 1.0)
         values, vectors = np.linalg.eigh(gram[:-1, :-1] / np.outer(scale, scale))
@@ -92,7 +93,7 @@ def fit(
     start: Array,
     on_step: Callable[[int, float], None] | None = None,
 ) -> Solution:
-    """Minimise the sum of squared residuals, each over its variance, and the variances' misfit to the residuals, in turn.
+    """Minimise the sum of squared residuals, each over its variance, and fit the variances to the residuals, in turn.
 
     Args:
         model: predicts the data.

@@ -18,34 +18,32 @@ class Residuals:
     """Measured - predicted, row by row, in the instrument's frame; NaN where nothing was measured.
 
     Attributes:
+        n: number of rows.
         position: (n, 3) [m], or None where no row has a position.
-        rotation: (n, 3) rotation vectors [rad], or None.
+        orientation: (n, 3) rotation vectors [rad], or None.
         distance: (n,) [m], or None.
     """
 
+    n: int
     position: Array | None
-    rotation: Array | None
+    orientation: Array | None
     distance: Array | None
 
     @property
     def norms(self) -> Array:
         """(n,) length of the position residual, of the distance's where there is no position [m]."""
-        found = [] if self.position is None else [np.linalg.norm(self.position, axis=1)]
-        if self.distance is not None:
-            found.append(np.abs(self.distance))
-        if not found:
-            return np.full(len(self.rotation), np.nan)
-        return found[0] if len(found) == 1 else np.where(np.isfinite(found[0]), *found)
+        norms = np.full(self.n, np.nan) if self.position is None else np.linalg.norm(self.position, axis=1)
+        return norms if self.distance is None else np.where(np.isfinite(norms), norms, np.abs(self.distance))
 
     @property
     def angles(self) -> Array | None:
         """(n,) angle of the orientation residual [rad], or None."""
-        return None if self.rotation is None else np.linalg.norm(self.rotation, axis=1)
+        return None if self.orientation is None else np.linalg.norm(self.orientation, axis=1)
 
 
 @dataclass(frozen=True)
 class Statistics:
-    """Of distances [m] or angles [rad] over n rows; `angle` beside a position's where orientations were measured too."""
+    """Of distances [m] or angles [rad] over n rows; `angle` beside a position's where orientations were measured."""
 
     n: int
     mean: float
@@ -63,16 +61,14 @@ def residuals(robot: Robot, data: Measurements) -> Residuals:
         rows = found.setdefault(part.kind, np.full((n, len(part.residual)), np.nan))
         rows[part.rows] = part.residual.T
     distance = found.get("distance")
-    return Residuals(
-        found.get("position"), found.get("orientation"), None if distance is None else distance[:, 0]
-    )
+    return Residuals(n, found.get("position"), found.get("orientation"), None if distance is None else distance[:, 0])
 
 
 def statistics(residuals: Residuals, rows: NDArray[np.bool_] | None = None) -> Statistics:
     """Mean, largest, root mean square and standard deviation of the rows' distances, and of their angles."""
-    rows = slice(None) if rows is None else rows
-    angle = None if residuals.angles is None else _of(residuals.angles[rows])
-    return _of(residuals.norms[rows], angle)
+    chosen = np.ones(residuals.n, dtype=bool) if rows is None else rows
+    angle = None if residuals.angles is None else _of(residuals.angles[chosen])
+    return _of(residuals.norms[chosen], angle)
 
 
 def _of(values: Array, angle: Statistics | None = None) -> Statistics:

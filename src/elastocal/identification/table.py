@@ -26,7 +26,8 @@ def parameter_table(
         nominal: as the user gave it, with the laws asked for.
         identified: after the fit.
         gauge: what was identified, and what was not and why.
-        displacements: (kept,) of the kept parameters, and `covariance` (kept, kept).
+        displacements: (kept,) of the kept parameters.
+        covariance: (kept, kept) of them.
         unseen: reasons for kept parameters that the data at hand do not tell.
     """
     after = parameters_of(identified)
@@ -74,14 +75,14 @@ def standard_deviations(robot: Robot, names: tuple[str, ...], covariance: Array)
         kept = [i for i, name in enumerate(turns) if name in names]
         index = [names.index(turns[i]) for i in kept]
         if index and frame.rpy is not None:
-            rates = _rpy_rates(*frame.rpy)[:, kept]
+            rates = _rpy_rates(*frame.rpy[:2])[:, kept]
             spread = np.sqrt(np.diag(rates @ covariance[np.ix_(index, index)] @ rates.T))
             found |= {turns[i]: float(spread[i]) for i in kept}
     return found
 
 
-def _rpy_rates(roll: float, pitch: float, yaw: float) -> Array:
-    """Rates of roll, pitch and yaw, rows, with turns about the frame's own axes, columns; singular at pitch = 90 deg."""
+def _rpy_rates(roll: float, pitch: float) -> Array:
+    """Rates of roll, pitch and yaw (rows) with turns about the frame's own axes (columns); singular at pitch 90 deg."""
     cosine = np.cos(pitch) if abs(np.cos(pitch)) > 1e-12 else 1e-12
     sin_roll, cos_roll = np.sin(roll), np.cos(roll)
     return np.array(

@@ -11,12 +11,12 @@ from pydantic.dataclasses import dataclass
 
 from elastocal.chain import Array
 from elastocal.errors import InputError, unknown_name
+from elastocal.io.checking import check
 from elastocal.io.files import read_toml
 from elastocal.io.robot_schema import STRICT
 from elastocal.io.tables import Table, read_table
 from elastocal.io.tidy import rotations, sliding
 from elastocal.io.units import UNITS, factor
-from elastocal.io.validation import check
 from elastocal.measurements import Labels, Measurements
 from elastocal.robot import Robot
 
@@ -77,7 +77,15 @@ ORIENTATIONS = {
 }
 """Conventions of orientations beside Euler angles, by number of columns; a matrix row by row."""
 
-COUNTS = {"position": (3,), "distance": (1,), "sigma": (1, 3), "sigma_angle": (1, 3), "force": (3,), "moment": (3,), "temperature": (1,)}
+COUNTS = {
+    "position": (3,),
+    "distance": (1,),
+    "sigma": (1, 3),
+    "sigma_angle": (1, 3),
+    "force": (3,),
+    "moment": (3,),
+    "temperature": (1,),
+}
 QUANTITIES = {
     "position": "length",
     "distance": "length",
@@ -121,17 +129,21 @@ def _faults(columns: ColumnsTable, table: Table, robot: Robot) -> Iterator[str]:
             if len(listed) not in COUNTS[name]:
                 yield f"{name}: expected {' or '.join(map(str, COUNTS[name]))} columns, found {len(listed)}"
             yield from _unit_faults(name, found.unit, QUANTITIES[name])
-    if len(columns.q.columns) != robot.positions:
-        yield f"q: expected {robot.positions} columns for the joints of {robot.name}, found {len(columns.q.columns)}"
-    kinds = {"length" if slides else "angle" for slides in sliding(robot)}
-    if len(kinds) == 1:
-        yield from _unit_faults("q", columns.q.unit, kinds.pop())
-    elif columns.q.unit is not None:
-        yield "q: joints turn and slide: leave the unit out and give rad and m"
+    yield from _joint_faults(columns.q, robot)
     if columns.orientation is not None:
         yield from _orientation_faults(columns.orientation)
     if not (columns.position or columns.orientation or columns.distance):
         yield "expected something measured: position, orientation and/or distance, found none"
+
+
+def _joint_faults(q: Columns, robot: Robot) -> Iterator[str]:
+    if len(q.columns) != robot.positions:
+        yield f"q: expected {robot.positions} columns for the joints of {robot.name}, found {len(q.columns)}"
+    kinds = {"length" if slides else "angle" for slides in sliding(robot)}
+    if len(kinds) == 1:
+        yield from _unit_faults("q", q.unit, kinds.pop())
+    elif q.unit is not None:
+        yield "q: joints turn and slide: leave the unit out and give rad and m"
 
 
 def _unit_faults(name: str, unit: str | None, quantity: str) -> Iterator[str]:
@@ -154,13 +166,13 @@ def _orientation_faults(found: Columns) -> Iterator[str]:
 
 
 def _measurements(columns: ColumnsTable, table: Table, robot: Robot) -> Measurements:
-    def numbers(name: str) -> Array | None:
-        found: Columns | None = getattr(columns, name)
-        if found is None:
-            return None
-        quantity = QUANTITIES.get(name, "angle")
+    def stacked(found: Columns, quantity: str) -> Array:
         scale = (factor(quantity, found.unit) or 1.0) if found.unit else 1.0
         return np.stack([table.numbers(column) for column in found.columns], axis=1) * scale
+
+    def numbers(name: str) -> Array | None:
+        found: Columns | None = getattr(columns, name)
+        return None if found is None else stacked(found, QUANTITIES[name])
 
     def labels(name: str) -> Labels | None:
         found: Names | None = getattr(columns, name)
@@ -169,15 +181,20 @@ def _measurements(columns: ColumnsTable, table: Table, robot: Robot) -> Measurem
         return Labels.of(table.names(found.column) if found.column else [found.value] * len(table))
 
     sigma, sigma_angle, pose = numbers("sigma"), numbers("sigma_angle"), labels("pose")
-    force, moment, distance, temperature = numbers("force"), numbers("moment"), numbers("distance"), numbers("temperature")
+    force, moment, distance, temperature = (
+        numbers("force"),
+        numbers("moment"),
+        numbers("distance"),
+        numbers("temperature"),
+    )
     wrench = None
     if force is not None or moment is not None:
         none = np.zeros((len(table), 3))
         wrench = np.concatenate([none if force is None else force, none if moment is None else moment], axis=1)
     return Measurements(
-        q=numbers("q"),
+        q=stacked(columns.q, "length" if all(sliding(robot)) else "angle"),
         position=numbers("position"),
-        rotation=_rotations(columns.orientation, table),
+        orientation=_rotations(columns.orientation, table),
         distance=None if distance is None else distance[:, 0],
         sigma=None if sigma is None else np.broadcast_to(sigma, (len(table), 3)).copy(),
         sigma_angle=None if sigma_angle is None else np.sqrt((sigma_angle**2).mean(axis=1)),

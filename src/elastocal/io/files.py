@@ -34,7 +34,9 @@ def read_text(path: Path) -> str:
     try:
         return require_file(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected UTF-8 text, found byte {error.object[error.start]:#x} at {error.start}") from None
+        raise InputError(
+            f"{path}: expected UTF-8 text, found byte {error.object[error.start]:#x} at {error.start}"
+        ) from None
 
 
 def require_file(path: Path) -> Path:
@@ -80,8 +82,8 @@ def write_files(folder: Path, contents: Mapping[str, str | bytes], never: tuple[
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in contents.items():
-            handle, temporary = tempfile.mkstemp(dir=folder, prefix=f".{name}.")
-            written[Path(temporary)] = folder / name
+            handle, name_there = tempfile.mkstemp(dir=folder, prefix=f".{name}.")
+            written[Path(name_there)] = folder / name
             with os.fdopen(handle, "wb") as file:
                 file.write(content.encode() if isinstance(content, str) else content)
         umask = os.umask(0)

@@ -80,26 +80,29 @@ def _check_names(robot: Robot, data: Measurements, table: Table) -> None:
         ("load", data.load, robot.loads),
         ("station", data.station, robot.stations),
     ):
-        for code, name in enumerate(() if labels is None else labels.names):
-            if name not in valid:
-                row = int(np.flatnonzero(labels.codes == code)[0]) + 1
-                table.fault(f"row {row}: {robot.name} has {unknown_name(kind, name, valid)}")
+        if labels is not None:
+            for code, name in enumerate(labels.names):
+                if name not in valid:
+                    row = int(np.flatnonzero(labels.codes == code)[0]) + 1
+                    table.fault(f"row {row}: {robot.name} has {unknown_name(kind, name, valid)}")
 
 
 def _check_joints(robot: Robot, data: Measurements, table: Table) -> None:
     """Joint positions out of limits, or in degrees."""
-    rows = robot.joints if robot.coupling is None or len(robot.joints) == robot.positions else ()
-    for column, slides in enumerate(sliding(robot)):
+    square = robot.coupling is None or len(robot.joints) == robot.positions
+    limits = [row.limits for row in robot.joints] if square else [None] * robot.positions
+    for column, (slides, bounds) in enumerate(zip(sliding(robot), limits, strict=True)):
         q, name = data.q[:, column], f"q{column + 1}"
-        turned = np.flatnonzero(np.abs(q) > DEGREES)
-        if not slides and len(turned) and (not rows or rows[column].limits is None or np.abs(rows[column].limits).max() < DEGREES):
+        widest = DEGREES if bounds is None else max(DEGREES, *map(abs, bounds))
+        turned = np.flatnonzero(np.abs(q) > widest)
+        if not slides and len(turned):
             found = [f"{q[turned[0]]:g} rad, {abs(q[turned[0]]) / 2.0 / np.pi:.0f} turns"]
             table.rows_fault(name, turned.tolist(), found, f"radians (for degrees write the unit: '{name} [deg]')")
-        elif rows and rows[column].limits is not None:
-            low, high = rows[column].limits
+        elif bounds is not None:
+            low, high = bounds
             out = np.flatnonzero((q < low - SAME_POSE) | (q > high + SAME_POSE))
             unit, scale = ("mm", 1e3) if slides else ("deg", 180.0 / np.pi)
-            expected = f"joint {rows[column].name} within its limits {low * scale:g} … {high * scale:g} {unit}"
+            expected = f"joint {column + 1} within its limits {low * scale:g} … {high * scale:g} {unit}"
             table.rows_fault(name, out.tolist(), [f"{q[row] * scale:g} {unit}" for row in out[:1]], expected)
 
 
@@ -113,9 +116,9 @@ def _check_values(data: Measurements, table: Table) -> None:
 
 def _check_duplicates(data: Measurements, table: Table) -> None:
     """Rows that agree to the last digit are copies, not repeats."""
-    columns = [data.q, data.position, data.rotation, data.distance, data.wrench]
-    columns += [labels.codes for labels in (data.target, data.load, data.station) if labels is not None]
-    stacked = np.concatenate([c.reshape(len(data), -1).astype(float) for c in columns if c is not None], axis=1)
+    columns = [data.q, data.position, data.orientation, data.distance, data.wrench]
+    columns += [labels.codes.astype(float) for labels in (data.target, data.load, data.station) if labels is not None]
+    stacked = np.concatenate([c.reshape(len(data), -1) for c in columns if c is not None], axis=1)
     order = np.lexsort(stacked.T)
     same = (stacked[order[1:]] == stacked[order[:-1]]).all(axis=1)
     pairs = sorted((max(a, b) + 1, min(a, b) + 1) for a, b in zip(order[1:][same], order[:-1][same], strict=True))

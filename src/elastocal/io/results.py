@@ -39,7 +39,7 @@ def save_result(
     Raises:
         InputError: a file would overwrite an input, or the folder cannot be written to.
     """
-    contents = {
+    contents: dict[str, str | bytes] = {
         "robot.toml": f"# {result.robot.name}, identified by elastocal {version('elastocal')}; SI units.\n"
         + robot_to_toml(result.robot),
         "result.json": result_json(result, data_sha256) + "\n",

@@ -27,7 +27,9 @@ def load_robot(path: str | Path, tip: str | None = None) -> Robot:
     if tip is not None:
         raise InputError(f"{path}: --tip is for a URDF; a robot file has one chain")
     if path.suffix.lower() != ".toml":
-        raise InputError(f"{path}: expected a robot file (.toml) or a URDF (.urdf), found {path.suffix or 'no suffix'!r}")
+        raise InputError(
+            f"{path}: expected a robot file (.toml) or a URDF (.urdf), found {path.suffix or 'no suffix'!r}"
+        )
     return read_robot_toml(path)
 
 

@@ -11,15 +11,18 @@ import tomli_w
 
 from elastocal.elasticity import LAWS
 from elastocal.errors import InputError, unknown_name
+from elastocal.io.checking import check
 from elastocal.io.files import read_toml
 from elastocal.io.robot_schema import FrameEntry, RobotEntry, RowEntry
 from elastocal.io.units import UNITS
-from elastocal.io.validation import check
 from elastocal.robot import DH_KEYS, JOINT_KEYS, ROTATION_KEYS, Compliance, Frame, JointMap, Payload, Robot, Row
 
 RESERVED = ("base", "tool", "target", "station")
 
 FORMAT = "elastocal-robot/1"
+
+LONGEST = 50.0
+"""A length [m] beyond this is one in millimetres."""
 
 MOST_TURNS = 4.0
 """A joint that travels further is one whose degrees were taken for radians."""
@@ -101,12 +104,7 @@ def _padded(sin: list[float], cos: list[float]) -> tuple[tuple[float, ...], tupl
 
 def _faults(entry: RobotEntry) -> Iterator[str]:
     """What no schema can say of a file."""
-    names = [row.name for row in entry.row]
-    for name in sorted({name for name in names if names.count(name) > 1}):
-        yield f"two rows are named {name!r}: names must differ"
-    for name in names:
-        if name in RESERVED:
-            yield f"row {name!r}: the names {', '.join(RESERVED)} are taken: choose another"
+    yield from _name_faults([row.name for row in entry.row])
     joints = sum(row.joint is not None for row in entry.row)
     if not joints:
         yield "no row has a joint: write joint = 'revolute' or 'prismatic' in those that move"
@@ -114,13 +112,24 @@ def _faults(entry: RobotEntry) -> Iterator[str]:
         yield from _row_faults(entry, row)
     for place, values in _lengths(entry):
         for value in values:
-            if abs(value) * UNITS["length"][entry.length_unit] > 50.0:
-                yield f"{place}: {value:g} {entry.length_unit} is longer than any robot: is length_unit = \"mm\" meant?"
+            if abs(value) * UNITS["length"][entry.length_unit] > LONGEST:
+                yield f'{place}: {value:g} {entry.length_unit} is longer than any robot: is length_unit = "mm" meant?'
     if entry.coupling is not None:
-        matrix = entry.coupling.matrix
-        if len(matrix) != joints or len({len(line) for line in matrix}) != 1 or not matrix[0]:
-            shape = "×".join(str(size) for size in (len(matrix), *sorted({len(line) for line in matrix})))
-            yield f"coupling, matrix: expected {joints} lines of equal length, one for each joint, found {shape}"
+        yield from _coupling_faults(entry.coupling.matrix, joints)
+
+
+def _name_faults(names: list[str]) -> Iterator[str]:
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        yield f"two rows are named {name!r}: names must differ"
+    for name in names:
+        if name in RESERVED:
+            yield f"row {name!r}: the names {', '.join(RESERVED)} are taken: choose another"
+
+
+def _coupling_faults(matrix: list[list[float]], joints: int) -> Iterator[str]:
+    if len(matrix) != joints or len({len(line) for line in matrix}) != 1 or not matrix[0]:
+        shape = "×".join(str(size) for size in (len(matrix), *sorted({len(line) for line in matrix})))
+        yield f"coupling, matrix: expected {joints} lines of equal length, one for each joint, found {shape}"
 
 
 def _row_faults(entry: RobotEntry, row: RowEntry) -> Iterator[str]:
@@ -144,7 +153,7 @@ def _row_faults(entry: RobotEntry, row: RowEntry) -> Iterator[str]:
         for key, (value, most) in angles.items():
             if abs(value) > most * 2.0 * np.pi:
                 turns = abs(value) / (2.0 * np.pi)
-                yield f"row {row.name!r}, {key}: {value:g} rad is {turns:.0f} turns: is angle_unit = \"deg\" meant?"
+                yield f'row {row.name!r}, {key}: {value:g} rad is {turns:.0f} turns: is angle_unit = "deg" meant?'
 
 
 def _lengths(entry: RobotEntry) -> Iterator[tuple[str, tuple[float, ...]]]:

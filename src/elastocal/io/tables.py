@@ -63,7 +63,9 @@ class Table:
             first = series[int(bad[0])]
             expected = "a number"
             if isinstance(first, str) and self.decimal == "." and re.fullmatch(r"\s*-?\d+,\d+\s*", first):
-                expected = 'a number with a decimal point (for a decimal comma describe the file by a TOML with decimal = ",")'
+                expected = (
+                    'a number with a decimal point (for a decimal comma describe the file by a TOML with decimal = ",")'
+                )
             self.rows_fault(column, bad.tolist(), ["an empty cell" if first in (None, "") else repr(first)], expected)
         return values
 

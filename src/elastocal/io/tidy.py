@@ -66,7 +66,7 @@ def read_tidy(table: Table, robot: Robot) -> Measurements:
     return Measurements(
         q=np.zeros((len(table), len(joints))) if q is None else q,
         position=together(ALL_OR_NONE[0]),
-        rotation=rotations(table, together(ALL_OR_NONE[1])),
+        orientation=rotations(table, together(ALL_OR_NONE[1])),
         distance=alone("distance"),
         sigma=None if sigma is None else np.repeat(sigma[:, None], 3, axis=1),
         sigma_angle=alone("sigma_angle"),
@@ -101,8 +101,8 @@ def _check_columns(table: Table, robot: Robot, found: dict[str, tuple[str, str |
     if len(headers) == 1 and any(mark in headers[0] for mark in ";\t"):
         mark = ";" if ";" in headers[0] else "\\t"
         table.fault(
-            f"the header has one column, {headers[0][:40]!r}: expected commas between columns; for another mark describe "
-            f'the file by a TOML with delimiter = "{mark}"'
+            f"the header has one column, {headers[0][:40]!r}: expected commas between columns; for another mark "
+            f'describe the file by a TOML with delimiter = "{mark}"'
         )
         return
     joints = [f"q{i + 1}" for i in range(robot.positions)]
@@ -131,7 +131,9 @@ def rotations(table: Table, quaternions: Array | None) -> Array | None:
         return None
     length = np.linalg.norm(quaternions, axis=1)
     bad = np.flatnonzero(~(np.abs(length - 1.0) < 0.01))
-    table.rows_fault("qw, qx, qy, qz", bad.tolist(), [f"length {value:.3g}" for value in length[bad[:1]]], "unit length")
+    table.rows_fault(
+        "qw, qx, qy, qz", bad.tolist(), [f"length {value:.3g}" for value in length[bad[:1]]], "unit length"
+    )
     w, x, y, z = (quaternions / np.where(length > 0.0, length, 1.0)[:, None]).T
     matrix = [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
@@ -147,19 +149,7 @@ def measurements_to_csv(data: Measurements, robot: Robot) -> bytes:
     for i, slides in enumerate(sliding(robot)):
         unit, scale = ("mm", 1e-3) if slides else ("deg", UNITS["angle"]["deg"])
         columns[f"q{i + 1} [{unit}]"] = data.q[:, i] / scale
-    if data.position is not None:
-        columns |= {f"{axis} [mm]": values / 1e-3 for axis, values in zip("xyz", data.position.T, strict=True)}
-    if data.rotation is not None:
-        from scipy.spatial.transform import Rotation
-
-        quaternions = Rotation.from_matrix(data.rotation).as_quat()
-        columns |= dict(zip(("qx", "qy", "qz", "qw"), quaternions.T, strict=True))
-    if data.distance is not None:
-        columns["distance [mm]"] = data.distance / 1e-3
-    if data.sigma is not None:
-        columns["sigma [mm]"] = data.sigma[:, 0] / 1e-3
-    if data.sigma_angle is not None:
-        columns["sigma_angle [rad]"] = data.sigma_angle
+    columns |= _observed_columns(data)
     for name, labels in (("target", data.target), ("load", data.load), ("station", data.station)):
         if labels is not None:
             columns[name] = [labels.name(int(code)) for code in labels.codes]
@@ -171,3 +161,21 @@ def measurements_to_csv(data: Measurements, robot: Robot) -> bytes:
     buffer = BytesIO()
     pl.DataFrame(columns).write_csv(buffer)
     return buffer.getvalue()
+
+
+def _observed_columns(data: Measurements) -> dict[str, Any]:
+    columns: dict[str, Any] = {}
+    if data.position is not None:
+        columns |= {f"{axis} [mm]": values / 1e-3 for axis, values in zip("xyz", data.position.T, strict=True)}
+    if data.orientation is not None:
+        from scipy.spatial.transform import Rotation
+
+        quaternions = Rotation.from_matrix(data.orientation).as_quat()
+        columns |= dict(zip(("qx", "qy", "qz", "qw"), quaternions.T, strict=True))
+    if data.distance is not None:
+        columns["distance [mm]"] = data.distance / 1e-3
+    if data.sigma is not None:
+        columns["sigma [mm]"] = data.sigma[:, 0] / 1e-3
+    if data.sigma_angle is not None:
+        columns["sigma_angle [rad]"] = data.sigma_angle
+    return columns

@@ -14,9 +14,14 @@ from elastocal.chain import Array
 from elastocal.errors import InputError, unknown_name
 from elastocal.io.files import read_text
 from elastocal.io.robot_toml import RESERVED
-from elastocal.robot import Frame, Robot, Row
+from elastocal.robot import Frame, Joint, Robot, Row
 
-KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": None}
+KINDS: dict[str, Joint | None] = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "fixed": None,
+}
 
 
 @dataclass

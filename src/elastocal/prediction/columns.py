@@ -25,7 +25,7 @@ def target_pose(state: Equilibrium) -> tuple[Array, Array]:
     return position, rotation
 
 
-def jacobian(
+def fill_jacobian(
     state: Equilibrium,
     elements: NDArray[np.intp],
     coefficients: list[tuple[int, int]],

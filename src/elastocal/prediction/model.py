@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from elastocal.chain import Array, place, rotation_vectors
 from elastocal.elasticity import Equilibrium, Spring, at_deflections, settle
 from elastocal.measurements import KINDS, Measurements
-from elastocal.prediction.columns import jacobian, target_pose
+from elastocal.prediction.columns import fill_jacobian, target_pose
 from elastocal.robot import Assembly, Robot, assemble
 
 BLOCK = 4000
@@ -61,13 +61,14 @@ class Part(NamedTuple):
         kind: of KINDS.
         rows: (n,) in the data.
         residual: (3 or 1, n) measured - predicted [m or rad], in the instrument's frame.
-        jacobian: (3 or 1, parameters + 1, n) d(predicted)/d(parameter), the residual as its last row; or None.
+        jacobian: (3 or 1, parameters + 1, n) d(predicted)/d(parameter), the residual as its last row; empty without
+            derivatives.
     """
 
     kind: str
     rows: NDArray[np.intp]
     residual: Array
-    jacobian: Array | None
+    jacobian: Array
 
 
 @dataclass(frozen=True)
@@ -142,12 +143,12 @@ class Model:
         position, rotation = target_pose(state)
         columns = self._columns(setup, state, position, coupled) if derivatives else None
         for kind in setup.kinds:
-            residual = _residual(self.data, kind, rows, position, rotation)
-            part = None
+            residual = _residual(self.data.observed(kind)[rows], kind, position, rotation)
+            jacobian = np.empty((0, 0, 0))
             if columns is not None:
-                part = _of_kind(kind, columns, position)
-                part[:, -1] = residual
-            yield Part(kind, rows, residual, part)
+                jacobian = _of_kind(kind, columns, position)
+                jacobian[:, -1] = residual
+            yield Part(kind, rows, residual, jacobian)
 
     def _columns(self, setup: Setup, state: Equilibrium, position: Array, coupled: bool) -> Array:
         """(3 or 6, parameters + 1, n), the last row not filled in."""
@@ -155,10 +156,10 @@ class Model:
         channels = 6 if "orientation" in setup.kinds else 3
         if np.array_equal(setup.columns, np.arange(count)):
             columns = np.empty((channels, count + 1, n))
-            jacobian(state, setup.elements, setup.coefficients, position, coupled, columns[:, :-1])
+            fill_jacobian(state, setup.elements, setup.coefficients, position, coupled, columns[:, :-1])
             return columns
         found = np.empty((channels, len(setup.columns), n))
-        jacobian(state, setup.elements, setup.coefficients, position, coupled, found)
+        fill_jacobian(state, setup.elements, setup.coefficients, position, coupled, found)
         columns = np.zeros((channels, count + 1, n))
         columns[:, setup.columns] = found
         return columns
@@ -194,13 +195,12 @@ def _displaced(setup: Setup, displacements: Array) -> tuple[Array, tuple[Spring,
     return values, tuple(replace(spring, coefficients=tuple(changed)) for spring, changed in springs)
 
 
-def _residual(data: Measurements, kind: str, rows: NDArray[np.intp], position: Array, rotation: Array) -> Array:
+def _residual(observed: Array, kind: str, position: Array, rotation: Array) -> Array:
     if kind == "position":
-        return data.position[rows].T - position
+        return observed.T - position
     if kind == "orientation":
-        measured = data.rotation[rows].transpose(1, 2, 0)
-        return rotation_vectors(np.einsum("ikn,jkn->ijn", measured, rotation))
-    return (data.distance[rows] - np.linalg.norm(position, axis=0))[None]
+        return rotation_vectors(np.einsum("nik,jkn->ijn", observed, rotation))
+    return (observed - np.linalg.norm(position, axis=0))[None]
 
 
 def _of_kind(kind: str, columns: Array, position: Array) -> Array:

@@ -76,12 +76,16 @@ def elastic_section(result: CalibrationResult) -> Section:
 
 
 def _elastic_rows(element: IdentifiedElement, result: CalibrationResult) -> list[tuple[str, ...]]:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for p in result.parameters:
         if p.name.rpartition(".")[0] != element.element or not p.unit.startswith(("rad/", "m/")):
             continue
         unit, scale = DISPLAY.get(p.unit, (p.unit, 1.0))
-        value, spread = (f"{p.identified * scale:.4g}", "") if p.std is None else with_deviation(p.identified * scale, p.std * scale)
+        value, spread = (
+            (f"{p.identified * scale:.4g}", "")
+            if p.std is None
+            else with_deviation(p.identified * scale, p.std * scale)
+        )
         stiffness = f"{1.0 / p.identified:.3g}" if p.identified and p.verdict in ("identified", "fixed") else ""
         rows.append((p.name, unit, value, spread, stiffness, p.verdict))
     return rows
@@ -99,7 +103,9 @@ def advice_sections(warnings: Sequence[str], notes: Sequence[str] = ()) -> list[
 
 def calibration_sections(result: CalibrationResult) -> list[Section]:
     """All sections on a calibration: verdict first."""
-    sections = [error_section(f"{result.robot.name}: {result.status.replace('_', ' ')}", result.residuals, result.verdict)]
+    sections = [
+        error_section(f"{result.robot.name}: {result.status.replace('_', ' ')}", result.residuals, result.verdict)
+    ]
     sections.append(parameter_section(result))
     if result.elastic:
         sections.append(elastic_section(result))

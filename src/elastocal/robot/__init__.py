@@ -3,7 +3,7 @@
 from elastocal.robot.assembly import Assembly, Drive, assemble
 from elastocal.robot.frames import FRAME_KEYS, Frame
 from elastocal.robot.model import Compliance, JointMap, Payload, Robot
-from elastocal.robot.rows import CONVENTIONS, DH_KEYS, JOINT_KEYS, ROTATION_KEYS, Convention, Row
+from elastocal.robot.rows import CONVENTIONS, DH_KEYS, JOINT_KEYS, ROTATION_KEYS, Convention, Joint, Row
 
 __all__ = [
     "CONVENTIONS",
@@ -16,6 +16,7 @@ __all__ = [
     "Convention",
     "Drive",
     "Frame",
+    "Joint",
     "JointMap",
     "Payload",
     "Robot",

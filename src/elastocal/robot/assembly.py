@@ -14,7 +14,7 @@ from elastocal.statics import Mechanism, PointMass
 
 @dataclass(frozen=True)
 class Drive:
-    """What moves a moving element: a joint of the model (None: only its elasticity), the sign, the transmission error."""
+    """What moves an element: a joint of the model (None: only its elasticity), its sign, its transmission error."""
 
     joint: int | None
     sign: int = 1

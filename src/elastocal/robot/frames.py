@@ -54,7 +54,9 @@ class Frame:
 
         So no orientation of the frame makes its parameters lose rank, as Euler angles do.
         """
-        shifts = [Element(f"{name}.{k}", False, a, v) for k, a, v in zip(FRAME_KEYS[:3], _AXES, self.translation, strict=True)]
+        shifts = [
+            Element(f"{name}.{k}", False, a, v) for k, a, v in zip(FRAME_KEYS[:3], _AXES, self.translation, strict=True)
+        ]
         turns = [Element(f"{name}.{k}", True, a) for k, a in zip(FRAME_KEYS[3:], _AXES, strict=True)]
         vector = rotation_vectors(self.rotation[:, :, None])[:, 0]
         angle = float(np.linalg.norm(vector))
@@ -66,10 +68,8 @@ class Frame:
         if not deltas:
             return self
         shift = [deltas.get(key, 0.0) for key in FRAME_KEYS[:3]]
-        rotation = self.rotation
-        for key, axis in zip(FRAME_KEYS[3:], _AXES, strict=True):
-            rotation = rotation @ rotation_about(axis, deltas.get(key, 0.0))
-        return self.at(self.translation + shift, rotation)
+        turns = [rotation_about(a, deltas.get(k, 0.0)) for k, a in zip(FRAME_KEYS[3:], _AXES, strict=True)]
+        return self.at(self.translation + shift, self.rotation @ turns[0] @ turns[1] @ turns[2])
 
     def at(self, translation: Array, rotation: Array) -> Frame:
         """The frame put at a translation (3,) and a rotation (3, 3)."""

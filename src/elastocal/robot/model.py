@@ -32,6 +32,7 @@ class Compliance:
 
     @property
     def spring(self) -> Spring:
+        """The compliance as the equilibrium takes it."""
         return Spring(LAWS[self.law], self.coefficients, self.transition_torque)
 
     @classmethod
@@ -74,9 +75,9 @@ class Robot:
     convention: str
     rows: tuple[Row, ...]
     gravity: Vector = (0.0, 0.0, -9.81)
-    base: Frame = Frame()
-    tool: Frame = Frame()
-    tool_load: Payload = Payload()
+    base: Frame = field(default_factory=Frame)
+    tool: Frame = field(default_factory=Frame)
+    tool_load: Payload = field(default_factory=Payload)
     targets: Mapping[str, Frame] = field(default_factory=dict)
     loads: Mapping[str, Payload] = field(default_factory=dict)
     coupling: tuple[tuple[float, ...], ...] | None = None

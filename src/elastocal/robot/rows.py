@@ -48,7 +48,7 @@ class Row:
     name: str
     joint: Joint | None = None
     geometry: Mapping[str, float] = field(default_factory=dict)
-    origin: Frame = Frame()
+    origin: Frame = field(default_factory=Frame)
     axis: Vector = Z_AXIS
     sign: int = 1
     limits: tuple[float, float] | None = None
@@ -94,7 +94,7 @@ def _urdf_displaced(row: Row, deltas: Mapping[str, float]) -> Row:
     offset = deltas.get(JOINT_KEYS[row.joint], 0.0) if row.joint else 0.0
     axis = np.array(row.axis)
     if row.joint == "revolute" and offset:
-        origin = origin.at(origin.translation, origin.rotation @ rotation_about(axis, offset))
+        origin = origin.at(origin.translation, origin.rotation @ rotation_about(row.axis, offset))
     elif offset:
         origin = origin.at(origin.translation + origin.rotation @ axis * offset, origin.rotation)
     return replace(row, origin=origin)

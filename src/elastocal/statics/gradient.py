@@ -67,7 +67,7 @@ def _twists(statics: Statics) -> tuple[Array, Array]:
 
 
 def _turned(statics: Statics) -> Array:
-    """g x a of the elastic elements, (3, elements, n): what a change of the first moment beyond does to their loads."""
+    """The elastic elements' g x a, (3, elements, n): what a change of the first moment beyond does to their loads."""
     turned = cross(statics.gravity[:, None, None], statics.axes)
     turned[:, ~statics.mechanism.elastic_turns] = 0.0
     return turned
@@ -80,7 +80,11 @@ def _follower(angular: Array, linear: Array, wrench: Wrench) -> tuple[Array, Arr
 
 
 def _sums_before(weights: Array, vectors: Array) -> Array:
-    """Sums over the elements before each of weights (k, elements, n) x vectors (3, elements, n): (3, elements + 1, k, n)."""
+    """Sums of weights (k, elements, n) x vectors (3, elements, n) over the elements before each.
+
+    Returns:
+        (3, elements + 1, k, n).
+    """
     count, elements, n = weights.shape
     sums = np.zeros((3, elements + 1, count, n))
     for element in range(elements):

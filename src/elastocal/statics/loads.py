@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastocal.chain import Array, Frames, Placement, cross, orientations, points
 from elastocal.statics.mechanism import Mechanism
@@ -68,7 +69,7 @@ def load(mechanism: Mechanism, placement: Placement, frames: Frames, wrench: Arr
     return Statics(mechanism, placement, frames, gravity, mass, moment, external, axes, origins, moved, loads)
 
 
-def twists(axes: Array, origins: Array, turns: Array) -> tuple[Array, Array]:
+def twists(axes: Array, origins: Array, turns: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Twists a and c about the instrument's origin, (3, k, n) each, of elements that turn, or slide, along axes."""
     return axes * turns[:, None], np.where(turns[:, None], cross(origins, axes), axes)
 

@@ -46,6 +46,7 @@ class Mechanism:
 
     @cached_property
     def elastic_index(self) -> NDArray[np.intp]:
+        """The elastic elements, (elastic,)."""
         return np.array(self.elastic, dtype=int)
 
     @cached_property
@@ -55,6 +56,7 @@ class Mechanism:
 
     @cached_property
     def elastic_turns(self) -> NDArray[np.bool_]:
+        """Which elastic elements rotate, (elastic,)."""
         return self.chain.rotates[self.elastic_index]
 
     @cached_property

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar, get_args, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
 
 from elastocal.errors import InputError, unknown_name
 
@@ -26,7 +27,7 @@ def check(schema: type[T], values: dict[str, Any], path: Path) -> T:
         raise InputError(*dict.fromkeys(faults)) from None
 
 
-def _sentence(schema: type, values: dict[str, Any], fault: dict[str, Any]) -> str:
+def _sentence(schema: type, values: dict[str, Any], fault: ErrorDetails) -> str:
     place, kind, context = fault["loc"], fault["type"], fault.get("ctx", {})
     where = _place(values, place)
     if kind == "unexpected_keyword_argument":
@@ -59,9 +60,6 @@ def _keys(schema: Any, place: tuple[str | int, ...]) -> list[str]:
     """The keys that a table at some place may have."""
     for key in place:
         inner = get_args(schema)
-        if isinstance(key, str) and not inner:
-            schema = get_type_hints(schema)[key]
-        else:
-            schema = inner[-1]
+        schema = inner[-1] if inner else get_type_hints(schema)[str(key)]
         schema = next((option for option in get_args(schema) if hasattr(option, "__dataclass_fields__")), schema)
     return [f.name for f in fields(schema)]

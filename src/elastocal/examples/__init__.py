@@ -1,0 +1,53 @@
+"""The built-in example: a nominal arm, and an actual one that differs from it and gives way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from elastocal.chain import Array
+from elastocal.measurements import Measurements
+from elastocal.prediction import predict
+from elastocal.robot import Compliance, Frame, Robot
+from elastocal.simulation import random_poses, simulate
+
+ROBOT_FILE = Path(__file__).with_name("arm.toml")
+
+NOISE = 3e-5
+"""Standard deviation of each measured coordinate [m]."""
+
+COMPLIANCE = {"2.theta": 2.0e-6, "3.theta": 3.5e-6, "4.theta": 1.2e-5, "5.theta": 2.0e-5}
+"""Of the actual arm's joints [rad/(N m)]."""
+
+FLOOR = 0.2
+"""No measured pose brings the target below this height [m]."""
+
+
+def actual_arm(nominal: Robot, seed: int = 0) -> Robot:
+    """An arm as it might have been built and set up: geometry off by about 0.5 mm and 0.5 mrad, compliant joints.
+
+    The instrument stands three metres away, and the target sits somewhere on the tool.
+    """
+    rng = np.random.default_rng(seed)
+    deltas = {element.name: 5e-4 * rng.standard_normal() for row in nominal.row_elements for element in row}
+    set_up = nominal.with_frames(
+        {
+            "base": Frame((2.6, -1.4, -0.7), (0.01, -0.02, 2.1), known=True),
+            "tool": Frame((0.08, -0.05, 0.17), known=True),
+        }
+    )
+    elastic = {name: Compliance("linear", (value,)) for name, value in COMPLIANCE.items()}
+    return replace(set_up.displaced(deltas), elastic=elastic)
+
+
+def measure(actual: Robot, count: int, seed: int = 0) -> Measurements:
+    """Measure positions of an actual arm at random poses above the floor."""
+    rng = np.random.default_rng(seed)
+    on_the_floor = replace(actual, base=Frame(known=True))
+    chosen: list[Array] = []
+    while sum(map(len, chosen)) < count:
+        q = random_poses(actual, count, rng)
+        chosen.append(q[predict(on_the_floor, q)[0][:, 2] > FLOOR])
+    return simulate(actual, np.concatenate(chosen)[:count], noise=NOISE, seed=rng)
