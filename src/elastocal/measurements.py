@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +55,16 @@ class Labels:
             lookup = np.array([names.index(name) for name in part.names] + [-1], dtype=np.int32)
             codes.append(lookup[part.codes])
         return cls(names, np.concatenate(codes))
+
+
+class Combination(NamedTuple):
+    """Rows that observe the same kinds of the same target, from one station, with one payload."""
+
+    rows: NDArray[np.intp]
+    kinds: tuple[str, ...]
+    station: str | None
+    target: str | None
+    load: str | None
 
 
 @dataclass(frozen=True)
@@ -112,6 +123,27 @@ class Measurements:
         if values is None:
             return np.zeros(len(self), dtype=bool)
         return np.isfinite(values.reshape(len(self), -1)[:, 0])
+
+    @cached_property
+    def combinations(self) -> tuple[Combination, ...]:
+        """The rows by what they observe, with which station, target and payload."""
+        labels = {"station": self.station, "target": self.target, "load": self.load}
+        measured = {kind: self.measures(kind) for kind in KINDS}
+        key = np.zeros(len(self), dtype=np.int64)
+        for label in labels.values():
+            if label is not None:
+                key = key * (len(label.names) + 1) + label.codes + 1
+        for present in measured.values():
+            key = key * 2 + present
+        found = []
+        for value in np.unique(key).tolist() if (key != key[:1]).any() else key[:1].tolist():
+            rows = np.flatnonzero(key == value)
+            names = {
+                name: None if label is None else label.name(int(label.codes[rows[0]])) for name, label in labels.items()
+            }
+            kinds = tuple(kind for kind, present in measured.items() if present[rows[0]])
+            found.append(Combination(rows, kinds, **names))
+        return tuple(found)
 
     def place(self, row: int) -> str:
         """Where a row comes from: "fit.csv row 12"."""

@@ -1,6 +1,6 @@
 """Identification: alignment, gauge, least squares, uncertainty; calibrate() does all of it."""
 
-from elastocal.identification.calibrate import calibrate, fit_frames
+from elastocal.identification.calibration import calibrate, fit_frames
 from elastocal.identification.gauge import Gauge, choose_gauge
 from elastocal.identification.observability import Observability
 from elastocal.identification.result import CalibrationResult, IdentifiedElement, IdentifiedParameter

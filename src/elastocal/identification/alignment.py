@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from elastocal.chain import Array
-from elastocal.measurements import Measurements
-from elastocal.prediction import Combination, combinations, predict
+from elastocal.measurements import Combination, Measurements
+from elastocal.prediction import predict
 from elastocal.robot import Frame, Robot
 
 SAMPLE = 500
@@ -47,7 +47,7 @@ def align(robot: Robot, data: Measurements) -> Robot:
 
     What the data do not place (the orientation of a point) stays as the robot has it.
     """
-    samples = [_sample(robot, data, found) for found in combinations(data)]
+    samples = [_sample(robot, data, found) for found in data.combinations]
     placed = _what_is_known(robot, samples)
     _solve_rotations(placed, [s for s in samples if "orientation" in s.observed])
     _solve_positions(placed, [s for s in samples if "position" in s.observed])

@@ -14,6 +14,7 @@ import numpy as np
 
 from elastocal.chain import Array, forward, place
 from elastocal.identification.generic import generic_measurements, generic_robot, reach
+from elastocal.identification.sums import normal_sums
 from elastocal.measurements import Measurements
 from elastocal.parameters import Group, Parameter, parameters_of
 from elastocal.prediction import Model, Setup
@@ -84,11 +85,9 @@ def choose_gauge(robot: Robot, data: Measurements, names: Sequence[str]) -> Gaug
 
 def _effects(model: Model, size: float) -> Array:
     """Gram matrix (names, names) of the names' effects at generic poses; a radian counts as the reach in metres."""
-    gram = np.zeros((len(model.names) + 1,) * 2)
-    for part in model.parts(np.zeros(len(model.names)), held=True):
-        rows = part.jacobian * np.array(size if part.kind == "orientation" else 1.0)
-        gram += (rows @ rows.swapaxes(1, 2)).sum(axis=0)
-    return gram[:-1, :-1]
+    ones = {"position": 1.0, "orientation": 1.0 / size**2, "distance": 1.0}
+    sums = normal_sums(model, np.zeros(len(model.names)), ones, held=True)
+    return np.sum([found.gram for found in sums.values()], axis=0)[:-1, :-1]
 
 
 def _likely_effect(robot: Robot, parameter: Parameter, poses: int) -> float:

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from elastocal.measurements import Labels, Measurements
-from elastocal.prediction import combinations
 from elastocal.robot import Frame, Robot
 
 
@@ -38,7 +37,7 @@ def generic_measurements(robot: Robot, data: Measurements, count: int) -> Measur
     What was observed at them is not filled in: it does not matter.
     """
     rng = np.random.default_rng(1)
-    found = combinations(data)
+    found = data.combinations
     each = max(6, -(-count // len(found)))
     n = each * len(found)
     q = rng.uniform(-np.pi, np.pi, (n, robot.positions))

@@ -58,8 +58,9 @@ def residuals(robot: Robot, data: Measurements) -> Residuals:
     n = len(data)
     found: dict[str, Array] = {}
     for part in Model(robot, (), data).parts(np.zeros(0), derivatives=False):
-        rows = found.setdefault(part.kind, np.full((n, len(part.residual)), np.nan))
-        rows[part.rows] = part.residual.T
+        if part.kind not in found:
+            found[part.kind] = np.full((n, len(part.residual)), np.nan)
+        found[part.kind][part.rows] = part.residual.T
     distance = found.get("distance")
     return Residuals(n, found.get("position"), found.get("orientation"), None if distance is None else distance[:, 0])
 

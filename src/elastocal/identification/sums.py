@@ -48,8 +48,14 @@ class KindSums:
 Sums = Mapping[str, KindSums]
 
 
-def normal_sums(model: Model, displacements: Array, variances: Variances) -> Sums:
+def normal_sums(model: Model, displacements: Array, variances: Variances, held: bool = False) -> Sums:
     """Sum over all data at displacements (parameters,).
+
+    Args:
+        model: predicts the data.
+        displacements: of its parameters.
+        variances: the model variances.
+        held: whether deflections are held at zero.
 
     Raises:
         EquilibriumError: a pose does not settle under its load.
@@ -57,19 +63,22 @@ def normal_sums(model: Model, displacements: Array, variances: Variances) -> Sum
     size = len(model.names) + 1
     grams = {kind: np.zeros((size, size)) for kind in KINDS}
     counts, curvatures, stated = dict.fromkeys(KINDS, 0), dict.fromkeys(KINDS, 0.0), dict.fromkeys(KINDS, False)
-    for part in model.parts(displacements):
-        kind = part.kind
+    for part in model.parts(displacements, held=held):
+        kind, rows = part.kind, part.jacobian
         variance = observation_variance(model.data, part, variances[kind])
-        rows = part.jacobian / np.sqrt(variance)
-        grams[kind] += (rows @ rows.swapaxes(1, 2)).sum(axis=0)
+        if variance.size > 1:
+            stated[kind] = True
+            rows /= np.sqrt(variance)
+            grams[kind] += (rows @ rows.swapaxes(1, 2)).sum(axis=0)
+        else:  # the same for all: divide the small sum instead of the large Jacobian
+            grams[kind] += (rows @ rows.swapaxes(1, 2)).sum(axis=0) / variance[0, 0]
         counts[kind] += part.residual.size
-        curvatures[kind] += float((rows[:, -1] ** 2 / variance[:, 0]).sum())
-        stated[kind] |= variance.size > 1
+        curvatures[kind] += float(((part.residual / variance[:, 0]) ** 2).sum())
     return {kind: KindSums(grams[kind], counts[kind], curvatures[kind], stated[kind]) for kind in KINDS if counts[kind]}
 
 
 def observation_variance(data: Measurements, part: Part, model_variance: float) -> Array:
-    """Variance of a part's coordinates, broadcast to (coordinates, 1, n): stated variance plus the model's."""
+    """Variance of a part's coordinates, (1 or coordinates, 1, 1 or n): stated variance plus the model's."""
     sigma = data.sigma_angle if part.kind == "orientation" else data.sigma
     if sigma is None:
         return np.full((1, 1, 1), max(model_variance, FLOOR))

@@ -1,5 +1,5 @@
 """Prediction: the one place where model meets data."""
 
-from elastocal.prediction.model import Combination, Model, Part, Setup, combinations, predict
+from elastocal.prediction.model import Model, Part, Setup, predict
 
-__all__ = ["Combination", "Model", "Part", "Setup", "combinations", "predict"]
+__all__ = ["Model", "Part", "Setup", "predict"]

@@ -55,7 +55,7 @@ def fill_jacobian(
 
     screws = statics.placement.screws[elements]
     bodies, first = np.unique(mechanism.chain.body_of[elements], return_index=True)
-    for body, start, end in zip(bodies, first, [*first[1:], len(elements)], strict=True):
+    for body, start, end in zip(bodies, first, [*first, len(elements)][1:], strict=True):
         np.matmul(screws[start:end], twists[:, mechanism.chain.body_frames[body]], out=out[:, start:end])
         if coupled and mechanism.presses(body, wrench=statics.wrench is not None):
             out[:, start:end] += gradients.of_body(body, screws[start:end])

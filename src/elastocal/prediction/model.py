@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from elastocal.chain import Array, place, rotation_vectors
 from elastocal.elasticity import Equilibrium, Spring, at_deflections, settle
-from elastocal.measurements import KINDS, Measurements
+from elastocal.measurements import Combination, Measurements
 from elastocal.prediction.columns import fill_jacobian, target_pose
 from elastocal.robot import Assembly, Robot, assemble
 
@@ -42,16 +42,6 @@ class Setup:
     elements: NDArray[np.intp]
     coefficients: list[tuple[int, int]]
     columns: NDArray[np.intp]
-
-
-class Combination(NamedTuple):
-    """Rows of the data that observe the same kinds of the same target, from one station, with one payload."""
-
-    rows: NDArray[np.intp]
-    kinds: tuple[str, ...]
-    station: str | None
-    target: str | None
-    load: str | None
 
 
 class Part(NamedTuple):
@@ -88,7 +78,7 @@ class Model:
     @cached_property
     def setups(self) -> tuple[Setup, ...]:
         """The assemblies that the data need, with their rows."""
-        return tuple(self._setup(found) for found in combinations(self.data))
+        return tuple(self._setup(found) for found in self.data.combinations)
 
     def _setup(self, found: Combination) -> Setup:
         assembly = assemble(self.robot, found.station, found.target, found.load)
@@ -163,24 +153,6 @@ class Model:
         columns = np.zeros((channels, count + 1, n))
         columns[:, setup.columns] = found
         return columns
-
-
-def combinations(data: Measurements) -> list[Combination]:
-    """Rows that share station, target, payload and kinds of observation, with these."""
-    labels = {"station": data.station, "target": data.target, "load": data.load}
-    key = np.zeros(len(data), dtype=np.int64)
-    for label in labels.values():
-        if label is not None:
-            key = key * (len(label.names) + 1) + label.codes + 1
-    for kind in KINDS:
-        key = key * 2 + data.measures(kind)
-    _, first, which = np.unique(key, return_index=True, return_inverse=True)
-    found = []
-    for number, row in enumerate(first):
-        names = {name: None if label is None else label.name(int(label.codes[row])) for name, label in labels.items()}
-        kinds = tuple(kind for kind in KINDS if data.measures(kind)[row])
-        found.append(Combination(np.flatnonzero(which == number), kinds, **names))
-    return found
 
 
 def _displaced(setup: Setup, displacements: Array) -> tuple[Array, tuple[Spring, ...]]:

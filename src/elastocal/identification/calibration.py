@@ -20,7 +20,7 @@ from elastocal.identification.statistics import Statistics, residuals, statistic
 from elastocal.identification.table import element_table, parameter_table
 from elastocal.measurements import Measurements, concatenate, split
 from elastocal.parameters import FRAME_GROUPS, parameters_of
-from elastocal.prediction import Model, combinations
+from elastocal.prediction import Model
 from elastocal.robot import Robot
 
 
@@ -149,7 +149,7 @@ UNSEEN_SHARE = 1e-3
 def _with_known_frames(robot: Robot, data: Measurements) -> Robot:
     """The robot with the frames that the data involve known."""
     used = {"tool"}
-    for found in combinations(data):
+    for found in data.combinations:
         used.add("base" if found.station is None else f"station.{found.station}")
         used.add("tool" if found.target is None else f"target.{found.target}")
     return robot.with_frames({prefix: replace(robot.frames[prefix], known=True) for prefix in used})
