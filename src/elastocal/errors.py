@@ -23,14 +23,19 @@ class InputError(ElastocalError):
 
 
 class EquilibriumError(ElastocalError):
-    """The deflections of a pose do not settle: the named element is too soft for what hangs on it."""
+    """The deflections of a pose do not settle: the named element is too soft for what hangs on it.
 
-    def __init__(self, element: str = "", pose: int = 0) -> None:
+    Attributes:
+        element: the element's name.
+        pose: number of the pose among those asked for, from 0.
+    """
+
+    def __init__(self, element: str, pose: int, place: str = "") -> None:
         self.element = element
         self.pose = pose
         super().__init__(
-            f"{element or 'an elastic element'} does not settle under its load at pose {pose}: "
-            "it is too soft for what hangs on it; check its compliance [rad/(N m)], the masses [kg] and gravity [m/s2]"
+            f"{element} does not settle under its load at {place or f'pose {pose}'}: it is too soft for what hangs on it; "
+            "check its compliance [rad/(N·m)], the masses [kg] and gravity [m/s²]"
         )
 
 

@@ -153,7 +153,7 @@ class Measurements:
 
 
 def concatenate(parts: Sequence[Measurements]) -> Measurements:
-    """Measurements one after the other; what a part lacks is NaN, or without a name. Pose numbers stay apart."""
+    """Measurements one after the other; what a part lacks is NaN, no name, no wrench. Pose numbers stay apart."""
     if len(parts) == 1:
         return parts[0]
     joined: dict[str, Any] = {}
@@ -163,14 +163,15 @@ def concatenate(parts: Sequence[Measurements]) -> Measurements:
         if field.name == "pose" and given is not None:
             joined["pose"] = _joined_poses(parts)
         elif isinstance(given, Labels):
-            whole = [Labels.none(len(p)) if c is None else c for p, c in zip(parts, columns, strict=True)]
-            joined[field.name] = Labels.joined(whole)
+            labels = [Labels.none(len(p)) if c is None else c for p, c in zip(parts, columns, strict=True)]
+            joined[field.name] = Labels.joined(labels)
         elif given is not None:
-            lacking = [
-                np.full((len(p), *given.shape[1:]), np.nan) if c is None else c
-                for p, c in zip(parts, columns, strict=True)
+            lacking = 0.0 if field.name == "wrench" else np.nan
+            shape = given.shape[1:]
+            whole = [
+                np.full((len(p), *shape), lacking) if c is None else c for p, c in zip(parts, columns, strict=True)
             ]
-            joined[field.name] = np.concatenate(lacking)
+            joined[field.name] = np.concatenate(whole)
     return Measurements(**joined)
 
 

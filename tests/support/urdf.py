@@ -74,7 +74,7 @@ class Pose:
             moment = frame[:3, :3] @ wrench[3:]
         if turns:
             return float(axis @ (moment + sum(np.cross(place - origin, force) for force, place in carried)))
-        return float(axis @ sum(force for force, _ in carried))
+        return float(axis @ sum((force for force, _ in carried), np.zeros(3)))
 
 
 def posed(

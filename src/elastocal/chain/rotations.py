@@ -41,9 +41,11 @@ def rotation_from_rpy(rpy: Sequence[float]) -> Array:
 def rpy_from_rotation(rotation: Array) -> tuple[float, float, float]:
     """Roll, pitch and yaw [rad] of a rotation (3, 3); at a pitch of 90 deg, where they are not unique, roll is 0."""
     pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
-    if math.cos(pitch) < 1e-9:
-        return 0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1])
-    return math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])
+    unique = math.hypot(rotation[2, 1], rotation[2, 2]) > 1e-15
+    roll = math.atan2(rotation[2, 1], rotation[2, 2]) if unique else 0.0
+    sine, cosine = math.sin(roll), math.cos(roll)  # with roll taken back, yaw stands in entries that never vanish
+    yaw = math.atan2(sine * rotation[0, 2] - cosine * rotation[0, 1], cosine * rotation[1, 1] - sine * rotation[1, 2])
+    return roll, pitch, yaw
 
 
 def rotations_from_z(axes: Array) -> Array:

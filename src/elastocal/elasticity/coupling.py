@@ -12,14 +12,16 @@ from collections.abc import Callable
 import numpy as np
 
 from elastocal.chain import Array
-from elastocal.errors import EquilibriumError
 
-PRECISION = 1e-9
+PRECISION = 1e-8
 MAX_TERMS = 200
 
 
 def coupled_deflections(deflections: Array, slopes: Array, mutual: Array) -> Array:
-    """(1 - s H)^-1 deflections, (elastic, n): what direct changes of the deflections amount to in the end."""
+    """(1 - s H)^-1 deflections, (elastic, n): what direct changes of the deflections amount to in the end.
+
+    Infinite where there is no end: the element's load grows faster than it holds.
+    """
     return _series(deflections, lambda x: slopes * np.einsum("lmn,mn->ln", mutual, x))
 
 
@@ -28,6 +30,7 @@ def coupled_columns(columns: Array, slopes: Array, mutual: Array) -> Array:
     return _series(columns, lambda x: np.einsum("kln,lmn->kmn", x * slopes, mutual))
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _series(first: Array, apply: Callable[[Array], Array]) -> Array:
     total, previous = first, np.abs(first).max(initial=0.0)
     bound = PRECISION * previous
@@ -37,4 +40,4 @@ def _series(first: Array, apply: Callable[[Array], Array]) -> Array:
         if change * change <= bound * previous:  # the next term, as the last two foretell it
             return following
         total, previous = following, change
-    raise EquilibriumError
+    return np.where(np.abs(following - total) <= bound, following, np.inf)

@@ -23,6 +23,9 @@ second order: in the deflection its square times d2(load) x compliance (1e-2 or 
 ROUNDING = 1e-15
 """Deflections [rad or m] below this are rounding, as of a joint whose load is zero."""
 
+LARGEST = 0.5
+"""A deflection [rad or m] beyond this is no robot's."""
+
 MAX_PASSES = 30
 
 
@@ -45,7 +48,7 @@ class Equilibrium:
         remainder: (elastic, n) the last step, to be carried to first order.
         bases: for each elastic element its law's basis functions, (coefficients, n).
         slopes: (elastic, n) d(deflection)/d(load).
-        mutual: (elastic, elastic, n) d(load)/d(deflection).
+        mutual: (elastic, elastic, n) d(load)/d(deflection); empty where the deflections are held.
     """
 
     statics: Statics
@@ -70,16 +73,17 @@ def settle(
     state = at_deflections(mechanism, placement, springs, motion, deflections, wrench)
     undeflected = state.statics.loads
     for _ in range(MAX_PASSES):
+        mutual = mutual_gradients(state.statics)
         misfit = _deflections(springs, state.bases, motion.shape[1]) - deflections
-        step = coupled_deflections(misfit, state.slopes, state.mutual)
+        step = coupled_deflections(misfit, state.slopes, mutual)
         deflections = deflections + step
         size, scale = np.abs(step), np.abs(deflections).max(axis=1, initial=0.0, keepdims=True)
-        if (size <= np.clip(LAST_STEP[0] * scale, ROUNDING, LAST_STEP[1])).all():
-            return replace(state, deflections=deflections, remainder=step)
-        if not np.isfinite(scale).all():
+        if not (scale < LARGEST).all():
             break
+        if (size <= np.clip(LAST_STEP[0] * scale, ROUNDING, LAST_STEP[1])).all():
+            return replace(state, deflections=deflections, remainder=step, mutual=mutual)
         state = at_deflections(mechanism, placement, springs, motion, deflections, wrench, undeflected)
-    row, pose = np.unravel_index(int(np.argmax(np.nan_to_num(size, nan=np.inf))), size.shape)
+    row, pose = np.unravel_index(int(np.argmax(size)), size.shape)
     raise EquilibriumError(mechanism.chain.elements[mechanism.elastic[row]].name, int(pose))
 
 
@@ -105,7 +109,7 @@ def at_deflections(
         remainder=np.zeros_like(deflections),
         bases=[spring.law.basis(at) for spring, at in zip(springs, seen, strict=True)],
         slopes=_deflections(springs, slopes, motion.shape[1]),
-        mutual=mutual_gradients(statics),
+        mutual=np.empty((0, 0, 0)),
     )
 
 

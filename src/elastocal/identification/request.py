@@ -21,13 +21,11 @@ def with_laws(robot: Robot, elastic: Mapping[str, str]) -> tuple[Robot, tuple[st
         InputError: an element or a law that does not exist.
     """
     joints = {row.name: row.joint_element for row in robot.joints}
-    elements = {e.name for row in robot.row_elements for e in row if e.name}
-    elements |= {p for p in parameters_of(robot) if p.partition(".")[0] in ("base", "tool", "station", "target")}
     faults, laws = [], {}
     for asked, law in elastic.items():
         name = joints.get(asked, asked)
-        if name not in elements:
-            faults.append(unknown_name("element", asked, [*joints, *sorted(elements)]))
+        if name not in robot.compliant_elements:
+            faults.append(unknown_name("element", asked, [*joints, *robot.compliant_elements]))
         elif law not in LAWS:
             faults.append(f"element {asked}: {unknown_name('law', law, LAWS)}")
         else:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from elastocal.chain import Array, place, rotation_vectors
 from elastocal.elasticity import Equilibrium, Spring, at_deflections, settle
+from elastocal.errors import EquilibriumError
 from elastocal.measurements import Combination, Measurements
-from elastocal.prediction.columns import fill_jacobian, target_pose
+from elastocal.prediction.columns import fill_jacobian, target_position, target_rotation
 from elastocal.robot import Assembly, Robot, assemble
 
 BLOCK = 4000
@@ -113,43 +114,53 @@ class Model:
             EquilibriumError: a pose does not settle under its load.
         """
         for setup in self.setups:
-            values, springs = _displaced(setup, displacements)
-            mechanism = setup.assembly.mechanism
-            placement = place(mechanism.chain, values)
-            for start in range(0, len(setup.rows), BLOCK):
-                rows = setup.rows[start : start + BLOCK]
-                wrench = None if self.data.wrench is None else self.data.wrench[rows].T
-                motion = setup.assembly.motion(np.ascontiguousarray(self.data.q[rows].T))
-                if held:
-                    rest = np.zeros((len(springs), len(rows)))
-                    state = at_deflections(mechanism, placement, springs, motion, rest, wrench)
-                else:
-                    state = settle(mechanism, placement, springs, motion, wrench)
-                yield from self._observed(setup, rows, state, derivatives, not held)
+            for rows, state in self._at_rest(setup, displacements, held):
+                yield from self._observed(setup, rows, state, derivatives, coupled=not held)
+
+    def _at_rest(
+        self, setup: Setup, displacements: Array, held: bool
+    ) -> Iterator[tuple[NDArray[np.intp], Equilibrium]]:
+        """The rows of a setup, block by block, at rest or with their deflections held at zero."""
+        values, springs = _displaced(setup, displacements)
+        mechanism = setup.assembly.mechanism
+        placement = place(mechanism.chain, values)
+        for start in range(0, len(setup.rows), BLOCK):
+            rows = setup.rows[start : start + BLOCK]
+            wrench = None if self.data.wrench is None else self.data.wrench[rows].T
+            motion = setup.assembly.motion(np.ascontiguousarray(self.data.q[rows].T))
+            if held:
+                none = np.zeros((len(springs), len(rows)))
+                yield rows, at_deflections(mechanism, placement, springs, motion, none, wrench)
+                continue
+            try:
+                yield rows, settle(mechanism, placement, springs, motion, wrench)
+            except EquilibriumError as error:
+                row = int(rows[error.pose])
+                raise EquilibriumError(error.element, row, self.data.place(row)) from None
 
     def _observed(
         self, setup: Setup, rows: NDArray[np.intp], state: Equilibrium, derivatives: bool, coupled: bool
     ) -> Iterator[Part]:
-        position, rotation = target_pose(state)
-        columns = self._columns(setup, state, position, coupled) if derivatives else None
+        position = target_position(state)
+        columns = self._columns(setup, state, coupled) if derivatives else None
         for kind in setup.kinds:
-            residual = _residual(self.data.observed(kind)[rows], kind, position, rotation)
+            residual = _residual(self.data.observed(kind)[rows], kind, position, state)
             jacobian = np.empty((0, 0, 0))
             if columns is not None:
                 jacobian = _of_kind(kind, columns, position)
                 jacobian[:, -1] = residual
             yield Part(kind, rows, residual, jacobian)
 
-    def _columns(self, setup: Setup, state: Equilibrium, position: Array, coupled: bool) -> Array:
+    def _columns(self, setup: Setup, state: Equilibrium, coupled: bool) -> Array:
         """(3 or 6, parameters + 1, n), the last row not filled in."""
-        count, n = len(self.names), position.shape[1]
+        count, n = len(self.names), state.remainder.shape[1]
         channels = 6 if "orientation" in setup.kinds else 3
         if np.array_equal(setup.columns, np.arange(count)):
             columns = np.empty((channels, count + 1, n))
-            fill_jacobian(state, setup.elements, setup.coefficients, position, coupled, columns[:, :-1])
+            fill_jacobian(state, setup.elements, setup.coefficients, coupled, columns[:, :-1])
             return columns
         found = np.empty((channels, len(setup.columns), n))
-        fill_jacobian(state, setup.elements, setup.coefficients, position, coupled, found)
+        fill_jacobian(state, setup.elements, setup.coefficients, coupled, found)
         columns = np.zeros((channels, count + 1, n))
         columns[:, setup.columns] = found
         return columns
@@ -167,11 +178,11 @@ def _displaced(setup: Setup, displacements: Array) -> tuple[Array, tuple[Spring,
     return values, tuple(replace(spring, coefficients=tuple(changed)) for spring, changed in springs)
 
 
-def _residual(observed: Array, kind: str, position: Array, rotation: Array) -> Array:
+def _residual(observed: Array, kind: str, position: Array, state: Equilibrium) -> Array:
     if kind == "position":
         return observed.T - position
     if kind == "orientation":
-        return rotation_vectors(np.einsum("nik,jkn->ijn", observed, rotation))
+        return rotation_vectors(np.einsum("nik,jkn->ijn", observed, target_rotation(state)))
     return (observed - np.linalg.norm(position, axis=0))[None]
 
 
@@ -217,7 +228,9 @@ def predict(
     for start in range(0, len(q), BLOCK):
         rows = slice(start, start + BLOCK)
         external = None if wrench is None else np.asarray(wrench, dtype=float)[rows].T
-        state = settle(mechanism, placement, assembly.springs, assembly.motion(q[rows].T), external)
-        position, rotation = target_pose(state)
-        positions[rows], rotations[rows] = position.T, rotation.transpose(2, 0, 1)
+        try:
+            state = settle(mechanism, placement, assembly.springs, assembly.motion(q[rows].T), external)
+        except EquilibriumError as error:
+            raise EquilibriumError(error.element, start + error.pose) from None
+        positions[rows], rotations[rows] = target_position(state).T, target_rotation(state).transpose(2, 0, 1)
     return positions, rotations

@@ -110,6 +110,20 @@ class Robot:
         """The elements of each row."""
         return tuple(CONVENTIONS[self.convention].elements(row) for row in self.rows)
 
+    @property
+    def compliant_elements(self) -> tuple[str, ...]:
+        """Names of the elements that may give way: those of the rows.
+
+        Rotations of frames and of a URDF joint's origin are not among them: their axes do not last, since turns about
+        them become part of the frame.
+        """
+        return tuple(
+            element.name
+            for row, elements in zip(self.rows, self.row_elements, strict=True)
+            for element in elements
+            if element.name and (self.convention != "urdf" or element.name == row.joint_element or not element.rotation)
+        )
+
     def with_frames(self, frames: Mapping[str, Frame]) -> Robot:
         """Replace frames by the prefix of their parameters."""
         return replace(

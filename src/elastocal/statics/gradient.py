@@ -45,20 +45,21 @@ class WeightedGradients:
         frame = chain.body_frames[body]
         axes, origin = statics.frames.axes[:, frame], statics.frames.origins[:, frame]
         before = int(np.searchsorted(statics.mechanism.elastic_rows, frame))  # elements that do not move with the body
-        turned = self._turned[:, before]
-        force = (statics.mass[frame] - self._still.mass[body]) * turned
-        arm = statics.moment[:, frame] - statics.mass[frame] * origin
-        if self._still.mass[body] > 0.0:
-            arm -= self._still.moment[body] @ axes
-        moment = cross(arm[:, None], turned)
-        if body > chain.mark_bodies[0]:
-            moment += self._tipped[:, before]
-        if statics.wrench is not None and body <= chain.mark_bodies[-1]:
+        linear, angular = screws[:, :3] @ axes, screws[:, 3:] @ axes
+        gradients = np.zeros((self._turned.shape[2], len(screws), origin.shape[-1]))
+        if before > 0:  # they feel what hangs beyond the body move
+            arm = statics.moment[:, frame] - statics.mass[frame] * origin
+            if self._still.mass[body] > 0.0:
+                arm -= self._still.moment[body] @ axes
+            moved = cross(angular, arm[:, None])
+            moved += (statics.mass[frame] - self._still.mass[body]) * linear
+            gradients += np.einsum("cpn,ckn->kpn", moved, self._turned[:, before])
+        if before < len(statics.mechanism.elastic) and body > chain.mark_bodies[0]:  # the others turn against gravity
+            gradients += np.einsum("cpn,ckn->kpn", angular, self._tipped[:, before])
+        if statics.wrench is not None and before > 0 and body <= chain.mark_bodies[-1]:
             pull, turn = _follower(self._angular[:, before], self._linear[:, before], statics.wrench)
-            force += pull
-            moment += turn - cross(origin[:, None], pull)
-        gradients = np.einsum("cpn,ckn->kpn", screws[:, :3] @ axes, force)
-        gradients += np.einsum("cpn,ckn->kpn", screws[:, 3:] @ axes, moment)
+            gradients += np.einsum("cpn,ckn->kpn", linear, pull)
+            gradients += np.einsum("cpn,ckn->kpn", angular, turn - cross(origin[:, None], pull))
         return gradients
 
 
