@@ -69,6 +69,7 @@ def large_blas() -> tuple[Model, float]:
 
 
 def block_sums() -> list[tuple[str, float, float]]:
+    """One evaluation of a large fit: all that a step needs of the data."""
     model, blas = large_blas()
     x = np.zeros(len(model.names))
     held = fastest(lambda: normal_sums(model, x, ONES, held=True), 9)
@@ -81,6 +82,7 @@ def block_sums() -> list[tuple[str, float, float]]:
 
 
 def whole_calibration() -> list[tuple[str, float, float]]:
+    """From request to verdict, alignment and standard deviations included."""
     nominal, data = example(60)
     result = calibrate(nominal, data, elastic=ELASTIC)
     jacobian = np.random.default_rng(0).standard_normal((result.coordinates, len(result.gauge.kept)))
@@ -111,6 +113,8 @@ def resident() -> float:
 
 
 def start_up() -> list[tuple[str, float, float]]:
+    """Whole processes."""
+
     def run(*command: str) -> float:
         return fastest(lambda: subprocess.run(command, check=True, capture_output=True), 15)
 

@@ -53,7 +53,7 @@ REQUESTS = {
     ),
     "an element that is not there": (
         "calibrate robot.toml fit.csv --elastic 2,9 -o out",
-        "no element '9' (valid: 1, 2, 3, 4, 5, 6, 1.a, ",
+        "no element '9' (valid: 1, 2, 3, 4, 5, 6, 1.a",
     ),
     "a law that does not exist": (
         "calibrate robot.toml fit.csv --elastic 2:linar -o out",
@@ -93,6 +93,12 @@ def test_requests_that_make_no_sense_are_told_and_nothing_is_written(desk: Desk,
 def test_all_patterns_that_match_nothing_are_told_at_once(desk: Desk):
     save_simulated(desk.folder, fit=10, held_out=5)
     assert len(desk.refused("calibrate robot.toml fit.csv --identify 9.* 2.gamma --fix 8.* -o out")) == 3
+
+
+def test_an_element_named_in_two_ways_is_told(desk: Desk):
+    save_simulated(desk.folder, fit=40, held_out=5)
+    (told,) = desk.refused("calibrate robot.toml fit.csv --elastic 2,2.theta -o out")
+    assert "2.theta" in told
 
 
 @pytest.mark.parametrize("json", ["", " --json"])

@@ -84,6 +84,13 @@ ADDED = {
             "elbow.b, elbow.theta, elbow.d)"
         ],
     ),
+    "an element of a frame, which cannot give way": (
+        COMPLIANT.format("tool.rx", "linear", "[1e-6]"),
+        [
+            "elastic: no element 'tool.rx' (valid: 1.alpha, 1.a, 1.beta, 1.b, 1.theta, 1.d, elbow.alpha, elbow.a, "
+            "elbow.beta, elbow.b, elbow.theta, elbow.d)"
+        ],
+    ),
     "too many coefficients": (
         COMPLIANT.format("elbow.theta", "linear", "[1e-6, 2e-6]"),
         ["elastic.\"elbow.theta\".coefficients: expected [c] of law 'linear', found 2 numbers"],

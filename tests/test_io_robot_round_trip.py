@@ -28,6 +28,7 @@ def random_robot(seed: int, convention: str) -> Robot:
     limited = [replace(row, limits=tuple(sorted(rng.uniform(-3.0, 3.0, 2)))) for row in robot.rows[:3]]
     fixed = replace(robot.rows[4], joint=None, sign=1, axis=(0.0, 0.0, 1.0), mass=0.0, com=(0.0, 0.0, 0.0))
     robot = equipped(replace(robot, rows=(*limited, robot.rows[3], fixed)), rng)
+    other = "2.tx" if convention == "urdf" else "2.alpha"
     driven = [row.joint_element for row in robot.joints]
     return replace(
         robot,
@@ -35,9 +36,7 @@ def random_robot(seed: int, convention: str) -> Robot:
         base=rng.choice([Frame(), replace(robot.base, known=True), Frame(robot.base.xyz)]),
         targets={"nest 1": Frame(), **robot.targets},
         loads={"a.b": Payload(), **robot.loads},
-        elastic={name: Compliance("linear", (rng.uniform(1e-7, 1e-5),)) for name in (*driven[1:], "2.tx", "tool.rz")}
-        if convention == "urdf"
-        else {name: Compliance("linear", (rng.uniform(1e-7, 1e-5),)) for name in (*driven[1:], "2.alpha", "tool.rz")},
+        elastic={name: Compliance("linear", (rng.uniform(1e-7, 1e-5),)) for name in (*driven[1:], other)},
         transmission={driven[0]: JointMap(tuple(rng.normal(size=3) * 1e-4), tuple(rng.normal(size=3) * 1e-4))},
     )
 

@@ -61,7 +61,6 @@ def test_what_a_file_lacks_is_not_a_number_or_no_name(robot: Robot):
     assert data.target is None
 
 
-@pytest.mark.xfail(strict=True, reason="measurements.concatenate fills a lacking wrench with NaN, not with zero")
 def test_a_file_without_wrenches_has_none_of_its_rows_pressed(robot: Robot):
     Path("one.csv").write_text("q1,q2,x,y,z," + ",".join(f"wrench_{k}" for k in ("fx", "fy", "fz", "mx", "my", "mz")))
     with Path("one.csv").open("a") as file:

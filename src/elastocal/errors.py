@@ -34,8 +34,8 @@ class EquilibriumError(ElastocalError):
         self.element = element
         self.pose = pose
         super().__init__(
-            f"{element} does not settle under its load at {place or f'pose {pose}'}: it is too soft for what hangs on it; "
-            "check its compliance [rad/(N·m)], the masses [kg] and gravity [m/s²]"
+            f"{element} does not settle under its load at {place or f'pose {pose}'}: it is too soft for what hangs "
+            "on it; check its compliance [rad/(N·m)], the masses [kg] and gravity [m/s²]"
         )
 
 

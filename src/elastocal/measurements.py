@@ -165,6 +165,8 @@ def concatenate(parts: Sequence[Measurements]) -> Measurements:
         elif isinstance(given, Labels):
             labels = [Labels.none(len(p)) if c is None else c for p, c in zip(parts, columns, strict=True)]
             joined[field.name] = Labels.joined(labels)
+        elif field.name == "row" and given is not None:
+            joined["row"] = np.concatenate([np.arange(1, len(p) + 1) if p.row is None else p.row for p in parts])
         elif given is not None:
             lacking = 0.0 if field.name == "wrench" else np.nan
             shape = given.shape[1:]

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from elastocal.chain import Array
-from elastocal.measurements import Labels, Measurements
+from elastocal.errors import InputError, unknown_name
+from elastocal.measurements import KINDS, Labels, Measurements
 from elastocal.prediction import predict
 from elastocal.robot import Robot
 
@@ -17,7 +18,10 @@ def random_poses(robot: Robot, count: int, seed: int | np.random.Generator = 0) 
     """Joint positions (count, joints), uniform within the joints' limits; +-180 deg or +-0.5 m where there are none."""
     rng = np.random.default_rng(seed)
     free = {"revolute": (-np.pi, np.pi), "prismatic": (-0.5, 0.5)}
-    low, high = np.array([row.limits or free[row.joint] for row in robot.joints if row.joint]).T
+    ranges = [row.limits or free[row.joint] for row in robot.joints if row.joint]
+    if robot.positions != len(ranges):  # coupled: no joint of the controller is one of the model's
+        ranges = [free["revolute"]] * robot.positions
+    low, high = np.array(ranges).T
     return rng.uniform(low, high, size=(count, len(low)))
 
 
@@ -49,7 +53,13 @@ def simulate(
         load: name of a payload in the robot.
         wrench: (poses, 6) on the tool.
         seed: of the noise.
+
+    Raises:
+        InputError: a kind of observation that does not exist.
     """
+    faults = [unknown_name("kind", kind, KINDS) for kind in kinds if kind not in KINDS]
+    if faults:
+        raise InputError(*faults)
     rng = np.random.default_rng(seed)
     n = len(q)
     position, rotation = predict(robot, q, station=station, target=target, load=load, wrench=wrench)

@@ -86,9 +86,14 @@ def validate(robot: Robot, data: Measurements, *, refit: Sequence[str] = ()) -> 
         fitted_frames=fitted,
         residuals=found,
         data=data,
-        verdict=f"{robot.name}: {1e3 * total.mean:.3g} mm mean and {1e3 * total.max:.3g} mm at most on {total.n} rows.",
+        verdict=f"{robot.name}: {_told(total)}",
         warnings=tuple(warnings),
     )
+
+
+def _told(total: Statistics) -> str:
+    found, unit = (total, "mm") if total.n or not total.angle else (total.angle, "mrad")
+    return f"{1e3 * found.mean:.3g} {unit} mean and {1e3 * found.max:.3g} {unit} at most on {found.n} rows."
 
 
 def _parts(found: Residuals, data: Measurements) -> dict[str, Statistics]:

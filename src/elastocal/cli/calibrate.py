@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from elastocal.cli.options import Globs, Json, Output, Paths, Tip, parse_elastic, require_data
+from elastocal.cli.options import Globs, Json, Output, Paths, Seed, Tip, parse_elastic, require_data
 
 
 def calibrate(
@@ -18,7 +18,7 @@ def calibrate(
     fix: Globs | None = None,
     elastic: str | None = None,
     tip: Tip = None,
-    seed: int = 0,
+    seed: Seed = 0,
     output: Output = None,
     json: Json = False,
 ) -> int:
@@ -41,14 +41,25 @@ def calibrate(
     from elastocal.cli.main import DONE, FAILED
     from elastocal.cli.show import progress, show
     from elastocal.identification import calibrate as identify_robot
-    from elastocal.io import data_hashes, load_measurements, load_robot, result_json, save_result
+    from elastocal.io import (
+        data_hashes,
+        load_measurements,
+        load_robot,
+        require_result_folder,
+        result_json,
+        save_result,
+        source_files,
+    )
     from elastocal.report import calibration_sections
 
-    require_data(data)
+    require_data(data, held_out or ())
     laws = parse_elastic(elastic)
     nominal = load_robot(robot, tip)
     measured = load_measurements(data, nominal)
     rest = load_measurements(held_out, nominal) if held_out else None
+    inputs = (robot, *source_files((*data, *(held_out or ()))))
+    if output is not None:
+        require_result_folder(output, inputs)
     with progress("calibrating") as on_step:
         result = identify_robot(
             nominal,
@@ -61,7 +72,6 @@ def calibrate(
             seed=seed,
             on_step=on_step,
         )
-    inputs = (robot, *data, *(held_out or ()))
     hashes = data_hashes((*data, *(held_out or ())))
     if output is not None:
         written = save_result(result, output, hashes, inputs)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
-from elastocal.cli.options import Json, Output
+from elastocal.cli.options import Json, Output, Seed
+from elastocal.errors import InputError
 
 
-def demo(*, output: Output = None, seed: int = 0, json: Json = False) -> int:
+def demo(*, output: Output = None, seed: Seed = 0, json: Json = False) -> int:
     """The whole way on a built-in example, in a few seconds and with nothing to download.
 
     A simulated arm, whose lengths and angles are a little off and whose joints give way under load, is measured by a
@@ -34,6 +36,7 @@ def demo(*, output: Output = None, seed: int = 0, json: Json = False) -> int:
         "fit.csv": measurements_to_csv(measure(actual, 60, seed + 1), nominal),
         "held_out.csv": measurements_to_csv(measure(actual, 200, seed + 2), nominal),
     }
+    require_new(folder, files, ROBOT_FILE)
     write_files(folder, files)
     robot, fit, held_out = (folder / name for name in files)
     elastic = ",".join(name.partition(".")[0] for name in COMPLIANCE)
@@ -63,6 +66,19 @@ def demo(*, output: Output = None, seed: int = 0, json: Json = False) -> int:
         )
         print(f"Look at {result}, change {robot}, or measure your own robot: elastocal new my-robot")
     return status
+
+
+def require_new(folder: Path, names: Iterable[str], robot_file: Path) -> None:
+    """Check that a folder holds none of the demo's files, or those of an earlier demo.
+
+    Raises:
+        InputError: it holds others.
+    """
+    there = [folder / name for name in names if (folder / name).exists()]
+    robot = folder / "robot.toml"
+    earlier = robot.is_file() and robot.read_bytes() == robot_file.read_bytes()
+    if there and not earlier:
+        raise InputError(*(f"{path} is there already, and not of a demo: choose another folder (-o)" for path in there))
 
 
 def free_folder(wanted: Path) -> Path:

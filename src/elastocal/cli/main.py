@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -52,13 +53,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line and return its exit status."""
     try:
         status = build_app()(arguments)
+        sys.stdout.flush()
     except CycloptsError:
         return BAD_INPUT
     except ElastocalError as error:
         for line in str(error).splitlines():
             print(f"elastocal: {line}", file=sys.stderr)
         return BAD_INPUT
-    except BrokenPipeError:
+    except OSError as error:
+        if not isinstance(error, BrokenPipeError):
+            print(f"elastocal: {error.filename or 'system'}: {(error.strerror or str(error)).lower()}", file=sys.stderr)
+            return BAD_INPUT
+        # who reads has enough, as `| head` does; nothing must be left to be written at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     return status if isinstance(status, int) else DONE
 

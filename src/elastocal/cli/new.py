@@ -42,7 +42,7 @@ def new(
         robot = load_robot(urdf, tip)
         text, slides = urdf_template(robot), [row.joint == "prismatic" for row in robot.joints]
     else:
-        text, slides = robot_template(folder.name, joints, convention), [False] * joints
+        text, slides = robot_template(folder.resolve().name, joints, convention), [False] * joints
     files = {"robot.toml": text, "measurements.csv": empty_table(slides, orientation)}
     there = [str(folder / name) for name in files if (folder / name).exists()]
     if there:

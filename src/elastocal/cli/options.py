@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 from elastocal.errors import InputError
 
@@ -14,6 +15,7 @@ Globs = Annotated[list[str], Parameter(consume_multiple=True, negative=())]
 Paths = Annotated[list[Path], Parameter(consume_multiple=True, negative=())]
 Output = Annotated[Path | None, Parameter(name=("--output", "-o"))]
 Json = Annotated[bool, Parameter(name="--json", negative=())]
+Seed = Annotated[int, Parameter(validator=Number(gte=0))]
 Tip = Annotated[str | None, Parameter(name="--tip")]
 
 
@@ -36,7 +38,15 @@ def parse_elastic(text: str | None) -> dict[str, str]:
     return laws
 
 
-def require_data(data: Sequence[Path]) -> None:
-    """Raise InputError without any measurement file."""
+def require_data(data: Sequence[Path], held_out: Sequence[Path] = ()) -> None:
+    """Check that there are measurements, and that those held out are others.
+
+    Raises:
+        InputError: there are none, or a file is both fitted and held out.
+    """
     if not data:
-        raise InputError("expected at least one file of measurements after the robot, found none")
+        raise InputError("expected at least one file of measurements right after the robot, before options; found none")
+    fitted = {path.resolve() for path in data}
+    both = [path for path in held_out if path.resolve() in fitted]
+    if both:
+        raise InputError(*(f"{path} is both fitted and held out: choose one" for path in both))

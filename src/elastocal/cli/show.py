@@ -10,9 +10,16 @@ from rich.console import Console
 from elastocal.report import Section, print_sections
 
 
+class _Terminal(Console):
+    """A console that leaves a broken pipe to the command, whose exit status it is."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError
+
+
 def show(sections: Sequence[Section]) -> None:
     """Print sections on standard output."""
-    print_sections(sections, Console(highlight=False))
+    print_sections(sections, _Terminal(highlight=False))
 
 
 @contextmanager

@@ -31,15 +31,27 @@ def validate(
     """
     from elastocal.cli.main import DONE
     from elastocal.cli.show import show
-    from elastocal.io import data_hashes, load_measurements, load_robot, save_residuals, validation_json
+    from elastocal.io import (
+        data_hashes,
+        load_measurements,
+        load_robot,
+        require_writable,
+        save_residuals,
+        source_files,
+        validation_json,
+    )
     from elastocal.report import validation_sections
     from elastocal.validation import validate as validate_robot
 
     require_data(data)
     given = load_robot(robot, tip)
-    result = validate_robot(given, load_measurements(data, given), refit=refit or ())
+    measured = load_measurements(data, given)
+    inputs = (robot, *source_files(data))
     if output is not None:
-        save_residuals(result, output, (robot, *data))
+        require_writable(output.parent, [output.name], inputs)
+    result = validate_robot(given, measured, refit=refit or ())
+    if output is not None:
+        save_residuals(result, output, inputs)
         print(f"{output}", file=sys.stderr)
     if json:
         print(validation_json(result, data_hashes(data)))

@@ -34,11 +34,12 @@ def _verdict(result: CalibrationResult) -> str:
     before = result.residuals["held_out_nominal" if held else "nominal"]
     after = result.residuals["held_out" if held else "calibrated"]
     identified = f"{len(result.gauge.kept)} parameters identified."
-    if not after.n:
-        return f"Calibrated: {identified}"
+    found, unit = after, "mm"
+    if not after.n and after.angle and before.angle:  # orientations only
+        before, found, unit = before.angle, after.angle, "mrad"
     return (
-        f"Calibrated: {1e3 * after.mean:.3g} mm mean and {1e3 * after.max:.3g} mm at most on {after.n} "
-        f"{'held-out' if held else 'fitted'} rows, from {1e3 * before.mean:.3g} mm; {identified}"
+        f"Calibrated: {1e3 * found.mean:.3g} {unit} mean and {1e3 * found.max:.3g} {unit} at most on {found.n} "
+        f"{'held-out' if held else 'fitted'} rows, from {1e3 * before.mean:.3g} {unit}; {identified}"
     )
 
 

@@ -130,7 +130,9 @@ def _sweep(gram: Array, pivot: int) -> None:
 
 def _dependent(name: str, partners: tuple[str, ...]) -> Dropped:
     listed = ", ".join(partners[:4]) + (f" and {len(partners) - 4} more" if len(partners) > 4 else "")
-    return Dropped(name, "dependent", f"moves the target as {listed} do, which take up its error", partners)
+    verbs = ("does", "takes") if len(partners) == 1 else ("do", "take")
+    reason = f"moves the target as {listed} {verbs[0]}, which {verbs[1]} up its error"
+    return Dropped(name, "dependent", reason, partners)
 
 
 def _unobservable(model: Model, parameter: Parameter) -> Dropped:

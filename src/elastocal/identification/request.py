@@ -24,7 +24,9 @@ def with_laws(robot: Robot, elastic: Mapping[str, str]) -> tuple[Robot, tuple[st
     faults, laws = [], {}
     for asked, law in elastic.items():
         name = joints.get(asked, asked)
-        if name not in robot.compliant_elements:
+        if name in laws:
+            faults.append(f"element {name} is named twice, also as {asked!r}: name it once")
+        elif name not in robot.compliant_elements:
             faults.append(unknown_name("element", asked, [*joints, *robot.compliant_elements]))
         elif law not in LAWS:
             faults.append(f"element {asked}: {unknown_name('law', law, LAWS)}")

@@ -69,7 +69,7 @@ def statistics(residuals: Residuals, rows: NDArray[np.bool_] | None = None) -> S
     """Mean, largest, root mean square and standard deviation of the rows' distances, and of their angles."""
     chosen = np.ones(residuals.n, dtype=bool) if rows is None else rows
     angle = None if residuals.angles is None else _of(residuals.angles[chosen])
-    return _of(residuals.norms[chosen], angle)
+    return _of(residuals.norms[chosen], angle if angle and angle.n else None)
 
 
 def _of(values: Array, angle: Statistics | None = None) -> Statistics:

@@ -1,8 +1,8 @@
 """Files in, files out: the only place that knows units and formats."""
 
-from elastocal.io.files import write_files
-from elastocal.io.measurement_files import data_hashes, load_measurements, save_measurements
-from elastocal.io.results import result_json, save_residuals, save_result, validation_json
+from elastocal.io.files import require_writable, write_files
+from elastocal.io.measurement_files import data_hashes, load_measurements, save_measurements, source_files
+from elastocal.io.results import require_result_folder, result_json, save_residuals, save_result, validation_json
 from elastocal.io.robot_files import load_robot, save_robot
 from elastocal.io.robot_toml import robot_to_toml
 from elastocal.io.tidy import measurements_to_csv
@@ -12,12 +12,15 @@ __all__ = [
     "load_measurements",
     "load_robot",
     "measurements_to_csv",
+    "require_result_folder",
+    "require_writable",
     "result_json",
     "robot_to_toml",
     "save_measurements",
     "save_residuals",
     "save_result",
     "save_robot",
+    "source_files",
     "validation_json",
     "write_files",
 ]

@@ -11,12 +11,11 @@ from pydantic.dataclasses import dataclass
 
 from elastocal.chain import Array
 from elastocal.errors import InputError, unknown_name
-from elastocal.io.checking import check
+from elastocal.io.checking import STRICT, Character, Count, Texts, check
 from elastocal.io.files import read_toml
-from elastocal.io.robot_schema import STRICT
-from elastocal.io.tables import Table, read_table
-from elastocal.io.tidy import rotations, sliding
-from elastocal.io.units import UNITS, factor
+from elastocal.io.tables import Header, Table, read_table
+from elastocal.io.tidy import joint_names, rotations, sliding, unknown_unit
+from elastocal.io.units import factor
 from elastocal.measurements import Labels, Measurements
 from elastocal.robot import Robot
 
@@ -25,7 +24,7 @@ from elastocal.robot import Robot
 class Columns:
     """Columns of the instrument's file, with their unit, and the convention of an orientation."""
 
-    columns: list[str]
+    columns: Texts
     unit: str | None = None
     convention: str | None = None
 
@@ -64,9 +63,9 @@ class Descriptor:
     format: Literal["elastocal-measurements/1"]
     file: str
     columns: ColumnsTable
-    delimiter: str = ","
+    delimiter: Character = ","
     decimal: Literal[".", ","] = "."
-    skip: int = 0
+    skip: Count = 0
 
 
 ORIENTATIONS = {
@@ -76,6 +75,9 @@ ORIENTATIONS = {
     "matrix": 9,
 }
 """Conventions of orientations beside Euler angles, by number of columns; a matrix row by row."""
+
+EXAMPLES = ("euler-XYZ", "euler-xyz", "euler-ZYX", "euler-zyx", "euler-ZYZ", "euler-zyz", *ORIENTATIONS)
+"""What is shown where a convention does not exist; Euler angles may have any axes."""
 
 COUNTS = {
     "position": (3,),
@@ -104,13 +106,25 @@ def read_described(path: Path, robot: Robot) -> tuple[Table, Measurements]:
         InputError: the descriptor itself, or the file as a whole, is faulty.
     """
     descriptor = check(Descriptor, read_toml(path), path)
-    if len(descriptor.delimiter) != 1:
-        raise InputError(f"{path}: delimiter: expected one character, found {descriptor.delimiter!r}")
-    table = read_table(path.parent / descriptor.file, descriptor.delimiter, descriptor.decimal, descriptor.skip)
-    faults = [f"{path}: columns, {fault}" for fault in _faults(descriptor.columns, table, robot)]
+    file = path.parent / descriptor.file
+    table = read_table(file, descriptor.delimiter, descriptor.decimal, descriptor.skip, described=path)
+    faults = dict.fromkeys(_faults(descriptor.columns, table, robot))
     if faults:
-        raise InputError(*faults)
+        raise InputError(*(f"{path}: {fault}" for fault in faults))
+    table.headers = _headers(descriptor.columns, robot)
     return table, _measurements(descriptor.columns, table, robot)
+
+
+def _headers(columns: ColumnsTable, robot: Robot) -> dict[str, Header]:
+    """The instrument's headers by the names that the tidy table has for them."""
+    found: dict[str, Header] = {}
+    for name, entry in vars(columns).items():
+        if isinstance(entry, Columns):
+            names = {"q": joint_names(robot), "position": ["x", "y", "z"]}.get(name, [name])
+            found |= {n: Header(column, entry.unit) for n, column in zip(names, entry.columns, strict=False)}
+        elif entry and entry.column:
+            found[name] = Header(entry.column, None)
+    return found
 
 
 def described_file(path: Path) -> Path:
@@ -122,47 +136,74 @@ def _faults(columns: ColumnsTable, table: Table, robot: Robot) -> Iterator[str]:
     """Missing columns, units and conventions that do not exist, wrong numbers of columns."""
     for name, found in vars(columns).items():
         listed = found.columns if isinstance(found, Columns) else [found.column] if found and found.column else []
-        for column in listed:
-            if column not in table.frame.columns:
-                yield f"{name}: {unknown_name(f'column of {table.path.name}', column, table.frame.columns)}"
+        yield from _column_faults(f"columns.{name}", listed, table)
+        if isinstance(found, Names) and (found.column is None) == (found.value is None):
+            yield f"columns.{name}: expected a column or a value for all rows, found {'both' if listed else 'neither'}"
+        if isinstance(found, Columns) and found.convention is not None and name != "orientation":
+            yield f"columns.{name}: only an orientation has a convention: leave it out"
         if isinstance(found, Columns) and name in QUANTITIES:
             if len(listed) not in COUNTS[name]:
-                yield f"{name}: expected {' or '.join(map(str, COUNTS[name]))} columns, found {len(listed)}"
+                yield f"columns.{name}: expected {_columns(*COUNTS[name])}, found {len(listed)}"
             yield from _unit_faults(name, found.unit, QUANTITIES[name])
     yield from _joint_faults(columns.q, robot)
     if columns.orientation is not None:
         yield from _orientation_faults(columns.orientation)
     if not (columns.position or columns.orientation or columns.distance):
-        yield "expected something measured: position, orientation and/or distance, found none"
+        yield "columns: expected something measured: position, orientation and/or distance, found none"
+
+
+def _columns(*counts: int) -> str:
+    return f"{' or '.join(map(str, counts))} column{'s' if counts != (1,) else ''}"
+
+
+def _column_faults(where: str, listed: list[str], table: Table) -> Iterator[str]:
+    for column in listed:
+        if column not in table.frame.columns:
+            yield f"{where}: {table.path.name} has {unknown_name('column', column, table.frame.columns)}"
+        elif column in table.repeated:
+            yield f"{where}: {table.path.name} has several columns {column!r}: expected one"
+        elif listed.count(column) > 1 and not where.endswith("sigma"):
+            yield f"{where}: column {column!r} is named twice"
 
 
 def _joint_faults(q: Columns, robot: Robot) -> Iterator[str]:
     if len(q.columns) != robot.positions:
-        yield f"q: expected {robot.positions} columns for the joints of {robot.name}, found {len(q.columns)}"
+        joints = f"the joint{'s' if robot.positions > 1 else ''} of {robot.name}"
+        yield f"columns.q: expected {_columns(robot.positions)} for {joints}, found {len(q.columns)}"
     kinds = {"length" if slides else "angle" for slides in sliding(robot)}
     if len(kinds) == 1:
         yield from _unit_faults("q", q.unit, kinds.pop())
     elif q.unit is not None:
-        yield "q: joints turn and slide: leave the unit out and give rad and m"
+        yield f"columns.q.unit: {robot.name} has joints that turn and joints that slide: leave it out, give rad and m"
 
 
 def _unit_faults(name: str, unit: str | None, quantity: str) -> Iterator[str]:
-    if factor(quantity, unit) is None:
-        yield f"{name}: {unknown_name('unit', unit or '', UNITS[quantity])}"
+    if unit is not None and factor(quantity, unit) is None:
+        yield f"columns.{name}.unit: {unknown_unit(quantity, unit)}"
 
 
 def _orientation_faults(found: Columns) -> Iterator[str]:
-    convention = found.convention or ""
-    axes = convention.removeprefix("euler-")
-    euler = convention.startswith("euler-") and len(axes) == 3 and (set(axes) <= set("XYZ") or set(axes) <= set("xyz"))
-    if not euler and convention not in ORIENTATIONS:
-        yield f"orientation: {unknown_name('convention', convention, ['euler-XYZ', 'euler-xyz', *ORIENTATIONS])}"
+    where, convention = "columns.orientation", found.convention
+    if convention is None:
+        yield f"{where}: 'convention' is missing: expected one of {', '.join(EXAMPLES)}"
         return
-    count = 3 if euler else ORIENTATIONS[convention]
+    if not (_is_euler(convention) or convention in ORIENTATIONS):
+        yield f"{where}.convention: {unknown_name('convention', convention, EXAMPLES)}"
+        return
+    count = ORIENTATIONS.get(convention, 3)
     if len(found.columns) != count:
-        yield f"orientation: expected {count} columns for {convention}, found {len(found.columns)}"
-    if euler or convention == "rotation-vector":
+        yield f"{where}: expected {count} columns for {convention}, found {len(found.columns)}"
+    if _is_euler(convention) or convention == "rotation-vector":
         yield from _unit_faults("orientation", found.unit, "angle")
+    elif found.unit is not None:
+        yield f"{where}.unit: {convention} has none: leave it out"
+
+
+def _is_euler(convention: str) -> bool:
+    """Whether it is three axes after "euler-", no two neighbours the same, all capitals or all small."""
+    axes = convention.removeprefix("euler-")
+    named = set(axes) <= set("XYZ") or set(axes) <= set("xyz")
+    return convention.startswith("euler-") and len(axes) == 3 and named and axes[1] not in (axes[0], axes[2])
 
 
 def _measurements(columns: ColumnsTable, table: Table, robot: Robot) -> Measurements:
@@ -217,19 +258,22 @@ def _rotations(found: Columns | None, table: Table) -> Array | None:
     if found.convention == "quaternion-xyzw":
         values = values[:, [3, 0, 1, 2]]
     if found.convention in ("quaternion-wxyz", "quaternion-xyzw"):
-        return rotations(table, values)
+        return rotations(table, values, ", ".join(found.columns))
     if found.convention == "matrix":
-        return _orthonormal(table, values.reshape(-1, 3, 3))
+        return _orthonormal(table, values.reshape(-1, 3, 3), ", ".join(found.columns))
     angles = np.nan_to_num(values) * (factor("angle", found.unit) or 1.0)
     if found.convention == "rotation-vector":
         return Rotation.from_rotvec(angles).as_matrix()
     return Rotation.from_euler(str(found.convention).removeprefix("euler-"), angles).as_matrix()
 
 
-def _orthonormal(table: Table, matrices: Array) -> Array:
+def _orthonormal(table: Table, matrices: Array, column: str) -> Array:
     """Rotations from matrices (rows, 3, 3); one that is far from a rotation is a fault."""
-    off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2)) + (np.linalg.det(matrices) < 0.0)
-    bad = np.flatnonzero(~(off < 0.01))
-    table.rows_fault("matrix", bad.tolist(), ["none" for _ in bad[:1]], "a rotation matrix")
-    left, _, right = np.linalg.svd(np.nan_to_num(matrices))
+    whole = np.nan_to_num(matrices)
+    off = np.abs(whole @ whole.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+    mirrored = np.linalg.det(whole) < 0.0
+    bad = np.flatnonzero(((off > 0.01) | mirrored) & np.isfinite(matrices).all(axis=(1, 2)))
+    found = "".join(f"R·Rᵀ off by {off[row]:.2g}" if off[row] > 0.01 else "a mirrored one" for row in bad[:1])
+    table.rows_fault(column, bad.tolist(), found, "a rotation matrix")
+    left, _, right = np.linalg.svd(whole)
     return left @ right

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from elastocal.errors import unknown_name
+from elastocal.errors import InputError, unknown_name
 from elastocal.io.descriptor import described_file, read_described
 from elastocal.io.files import require_file, sha256, write_files
-from elastocal.io.tables import Table, read_table
+from elastocal.io.tables import Table, more, read_table
 from elastocal.io.tidy import measurements_to_csv, read_tidy, sliding
+from elastocal.io.units import UNITS, factor
 from elastocal.measurements import SAME_POSE, Labels, Measurements, concatenate
 from elastocal.robot import Robot
 
 DEGREES = 4.0 * np.pi
 """A joint angle [rad] larger than this where no limits are known is one in degrees."""
+
+FAR = 200.0
+"""A target [m] further from the instrument is one in millimetres."""
 
 
 def load_measurements(paths: str | Path | Sequence[str | Path], robot: Robot) -> Measurements:
@@ -30,9 +35,27 @@ def load_measurements(paths: str | Path | Sequence[str | Path], robot: Robot) ->
     Raises:
         InputError: with every fault of a file: its place, what was expected and what was found.
     """
-    if isinstance(paths, (str, Path)):
-        paths = [paths]
-    return concatenate([_load(Path(path), robot) for path in paths])
+    files = [Path(paths)] if isinstance(paths, (str, Path)) else [Path(path) for path in paths]
+    require_different(files)
+    shared = Counter(path.name for path in files)
+    return concatenate([_load(path, robot, path.name if shared[path.name] == 1 else str(path)) for path in files])
+
+
+def require_different(paths: Sequence[Path]) -> None:
+    """Check that no file is given twice: its rows would count twice, or be fitted and held out.
+
+    Raises:
+        InputError: one is.
+    """
+    times = Counter(path.resolve() for path in paths)
+    twice = dict.fromkeys(path for path in paths if times[path.resolve()] > 1)
+    if twice:
+        raise InputError(*(f"{path} is given {times[path.resolve()]} times: leave all but one out" for path in twice))
+
+
+def source_files(paths: Sequence[str | Path]) -> list[Path]:
+    """The files that measurements are read from: those given, and those that descriptors among them describe."""
+    return [*map(Path, paths), *(described_file(path) for path in map(Path, paths) if path.suffix.lower() == ".toml")]
 
 
 def data_hashes(paths: Sequence[str | Path]) -> list[str]:
@@ -40,22 +63,23 @@ def data_hashes(paths: Sequence[str | Path]) -> list[str]:
     return [sha256(described_file(path) if path.suffix.lower() == ".toml" else path) for path in map(Path, paths)]
 
 
-def _load(path: Path, robot: Robot) -> Measurements:
+def _load(path: Path, robot: Robot, source: str) -> Measurements:
     require_file(path)
     if path.suffix.lower() == ".toml":
         table, data = read_described(path, robot)
     else:
         table = read_table(path)
         data = read_tidy(table, robot)
-    table.raise_faults()
-    data = _with_default_target(robot, data, table)
-    _check_names(robot, data, table)
-    _check_joints(robot, data, table)
-    _check_values(data, table)
-    _check_duplicates(data, table)
+    if table.sound:
+        data = _with_default_target(robot, data, table)
+        _check_names(robot, data, table)
+        _check_joints(robot, data, table)
+        _check_positive(data, table)
+        _check_lengths(data, table)
+        _check_duplicates(data, table)
     table.raise_faults()
     n = len(data)
-    return replace(data, source=Labels((path.name,), np.zeros(n, dtype=np.int32)), row=np.arange(1, n + 1))
+    return replace(data, source=Labels((source,), np.zeros(n, dtype=np.int32)), row=np.arange(1, n + 1))
 
 
 def _with_default_target(robot: Robot, data: Measurements, table: Table) -> Measurements:
@@ -65,10 +89,11 @@ def _with_default_target(robot: Robot, data: Measurements, table: Table) -> Meas
     names = Labels.none(len(data)) if data.target is None else data.target
     missing = np.flatnonzero(names.codes < 0)
     if len(robot.targets) > 1:
+        valid = f"one of {', '.join(robot.targets)}"
         if data.target is None:
-            table.fault(f"expected a column 'target' with one of {', '.join(robot.targets)}, found none")
+            table.fault(f"expected a column 'target' with {valid}, found none")
         else:
-            table.rows_fault("target", missing.tolist(), ["an empty cell"], f"one of {', '.join(robot.targets)}")
+            table.rows_fault(table.header("target").text, missing.tolist(), "an empty cell", valid)
         return data
     only = next(iter(robot.targets))
     return replace(data, target=Labels.of([names.name(int(code)) or only for code in names.codes]))
@@ -80,11 +105,12 @@ def _check_names(robot: Robot, data: Measurements, table: Table) -> None:
         ("load", data.load, robot.loads),
         ("station", data.station, robot.stations),
     ):
-        if labels is not None:
-            for code, name in enumerate(labels.names):
-                if name not in valid:
-                    row = int(np.flatnonzero(labels.codes == code)[0]) + 1
-                    table.fault(f"row {row}: {robot.name} has {unknown_name(kind, name, valid)}")
+        for code, name in enumerate(labels.names if labels is not None else ()):
+            if labels is not None and name not in valid:
+                rows = np.flatnonzero(labels.codes == code)
+                place = f"{table.path}: row {rows[0] + 1}, column {table.header(kind).text!r}"
+                unknown = f"{robot.name} has {unknown_name(kind, name, valid)}"
+                table.faults.append(f"{place}: {unknown}{more(len(rows) - 1)}")
 
 
 def _check_joints(robot: Robot, data: Measurements, table: Table) -> None:
@@ -92,26 +118,48 @@ def _check_joints(robot: Robot, data: Measurements, table: Table) -> None:
     square = robot.coupling is None or len(robot.joints) == robot.positions
     limits = [row.limits for row in robot.joints] if square else [None] * robot.positions
     for column, (slides, bounds) in enumerate(zip(sliding(robot), limits, strict=True)):
-        q, name = data.q[:, column], f"q{column + 1}"
-        widest = DEGREES if bounds is None else max(DEGREES, *map(abs, bounds))
-        turned = np.flatnonzero(np.abs(q) > widest)
-        if not slides and len(turned):
-            found = [f"{q[turned[0]]:g} rad, {abs(q[turned[0]]) / 2.0 / np.pi:.0f} turns"]
-            table.rows_fault(name, turned.tolist(), found, f"radians (for degrees write the unit: '{name} [deg]')")
-        elif bounds is not None:
-            low, high = bounds
-            out = np.flatnonzero((q < low - SAME_POSE) | (q > high + SAME_POSE))
-            unit, scale = ("mm", 1e3) if slides else ("deg", 180.0 / np.pi)
-            expected = f"joint {column + 1} within its limits {low * scale:g} … {high * scale:g} {unit}"
-            table.rows_fault(name, out.tolist(), [f"{q[row] * scale:g} {unit}" for row in out[:1]], expected)
+        q, (header, unit) = data.q[:, column], table.header(f"q{column + 1}")
+        given = unit or ("m" if slides else "rad")
+        scale = factor("length" if slides else "angle", given) or 1.0
+        far = np.abs(q) > (FAR if slides else DEGREES)
+        out = np.flatnonzero((q < bounds[0] - SAME_POSE) | (q > bounds[1] + SAME_POSE) if bounds else far)
+        if not len(out):
+            continue
+        expected = f"a joint position in {given}"
+        if bounds is not None:
+            expected = f"joint {column + 1} within its limits {bounds[0] / scale:.6g} … {bounds[1] / scale:.6g} {given}"
+        expected += _unit_remedy(table, f"q{column + 1}", given, float(q[out[0]]), bounds)
+        table.rows_fault(header, out.tolist(), f"{q[out[0]] / scale:.6g}", expected)
 
 
-def _check_values(data: Measurements, table: Table) -> None:
+def _unit_remedy(table: Table, name: str, given: str, q: float, bounds: tuple[float, float] | None) -> str:
+    """What to write if a joint position out of range is one in degrees or millimetres, taken for rad or m."""
+    unit, words = {"rad": ("deg", "degrees"), "m": ("mm", "millimetres")}.get(given, ("", ""))
+    meant = q * (UNITS["angle" if given == "rad" else "length"].get(unit) or 0.0)
+    likely = unit and (bounds is None or (abs(q) > 2.0 * np.pi and bounds[0] <= meant <= bounds[1]))
+    return f" (for {words} write {table.with_unit(name, unit)})" if likely else ""
+
+
+def _check_positive(data: Measurements, table: Table) -> None:
     for name, values in (("sigma", data.sigma), ("sigma_angle", data.sigma_angle), ("distance", data.distance)):
         if values is not None:
             bad = np.flatnonzero((values.reshape(len(data), -1) <= 0.0).any(axis=1))
-            found = [f"{np.min(values[row]):g}" for row in bad[:1]]
-            table.rows_fault(name, bad.tolist(), found, "a positive number")
+            header, unit = table.header(name)
+            scale = factor("angle" if name == "sigma_angle" else "length", unit) or 1.0
+            found = "".join(f"{np.min(values[row]) / scale:g}" for row in bad[:1])
+            table.rows_fault(header, bad.tolist(), found, "a positive number")
+
+
+def _check_lengths(data: Measurements, table: Table) -> None:
+    """Positions and distances that are millimetres in a column of metres."""
+    observed = [] if data.position is None else list(zip("xyz", data.position.T, strict=True))
+    observed += [] if data.distance is None else [("distance", data.distance)]
+    for name, values in observed:
+        far = np.flatnonzero(np.abs(values) > FAR)
+        header, unit = table.header(name)
+        remedy = f" (for millimetres write {table.with_unit(name, 'mm')})" if unit in (None, "m") else ""
+        found = "".join(f"{values[row]:g} m" for row in far[:1])
+        table.rows_fault(header, far.tolist(), found, f"at most {FAR:g} m{remedy}")
 
 
 def _check_duplicates(data: Measurements, table: Table) -> None:
@@ -124,8 +172,10 @@ def _check_duplicates(data: Measurements, table: Table) -> None:
     pairs = sorted((max(a, b) + 1, min(a, b) + 1) for a, b in zip(order[1:][same], order[:-1][same], strict=True))
     if pairs:
         again, first = pairs[0]
-        more = f" (and {len(pairs) - 1} more copies)" if len(pairs) > 1 else ""
-        table.fault(f"row {again} is a copy of row {first}, to the last digit{more}: leave one out")
+        others = more(len(pairs) - 1, "copied row")
+        table.faults.append(
+            f"{table.path}: row {again} is a copy of row {first}, to the last digit{others}: leave it out"
+        )
 
 
 def save_measurements(data: Measurements, robot: Robot, path: str | Path) -> None:

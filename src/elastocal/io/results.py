@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
@@ -13,13 +13,17 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from elastocal.errors import InputError
 from elastocal.identification import CalibrationResult, Residuals, Statistics
-from elastocal.io.files import write_files
+from elastocal.io.files import require_writable, write_files
 from elastocal.io.robot_toml import robot_to_toml
 from elastocal.measurements import Measurements
 from elastocal.validation import ValidationResult
 
 FORMAT = "elastocal-result/1"
+
+RESULT_FILES = ("robot.toml", "result.json", "residuals.csv")
+"""What a calibration writes into its folder."""
 
 
 def save_result(
@@ -37,16 +41,29 @@ def save_result(
         The names of the files.
 
     Raises:
-        InputError: a file would overwrite an input, or the folder cannot be written to.
+        InputError: a file would overwrite an input or another robot, or the folder cannot be written to.
     """
-    contents: dict[str, str | bytes] = {
-        "robot.toml": f"# {result.robot.name}, identified by elastocal {version('elastocal')}; SI units.\n"
-        + robot_to_toml(result.robot),
-        "result.json": result_json(result, data_sha256) + "\n",
-        "residuals.csv": residuals_csv(result),
-    }
-    write_files(Path(folder), contents, tuple(inputs))
-    return tuple(contents)
+    folder = Path(folder)
+    require_result_folder(folder, inputs)
+    head = f"# {' '.join(result.robot.name.split())}, identified by elastocal {version('elastocal')}; SI units.\n"
+    contents = (
+        head + robot_to_toml(result.robot),
+        result_json(result, data_sha256) + "\n",
+        residuals_csv(result),
+    )
+    write_files(folder, dict(zip(RESULT_FILES, contents, strict=True)), inputs)
+    return RESULT_FILES
+
+
+def require_result_folder(folder: Path, inputs: Iterable[Path] = ()) -> None:
+    """Check that results can be written into a folder, before the work that leads to them.
+
+    Raises:
+        InputError: it is a file or cannot be written to, or a result would overwrite an input or another robot.
+    """
+    require_writable(folder, RESULT_FILES, inputs)
+    if (folder / "robot.toml").exists() and not (folder / "result.json").exists():
+        raise InputError(f"{folder / 'robot.toml'} is not the result of a calibration: choose another folder (-o DIR)")
 
 
 def result_json(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> str:
@@ -139,14 +156,14 @@ def _finite(value: Any) -> Any:
     return value
 
 
-def save_residuals(result: ValidationResult, path: Path, inputs: Sequence[Path] = ()) -> None:
+def save_residuals(result: ValidationResult, path: Path, inputs: Iterable[Path] = ()) -> None:
     """Write every row's residuals of a validation as CSV.
 
     Raises:
         InputError: the file would overwrite an input, or cannot be written.
     """
     columns = _places(result.data) | _errors(result.residuals, "")
-    write_files(path.parent, {path.name: csv_bytes(columns)}, tuple(inputs))
+    write_files(path.parent, {path.name: csv_bytes(columns)}, inputs)
 
 
 def residuals_csv(result: CalibrationResult) -> bytes:

@@ -22,14 +22,13 @@ def load_robot(path: str | Path, tip: str | None = None) -> Robot:
         InputError: with every fault of the file.
     """
     path = require_file(Path(path))
-    if path.suffix.lower() in (".urdf", ".xml"):
+    if path.suffix.lower() in (".urdf", ".xml", ".xacro"):
         return read_urdf(path, tip)
     if tip is not None:
         raise InputError(f"{path}: --tip is for a URDF; a robot file has one chain")
     if path.suffix.lower() != ".toml":
-        raise InputError(
-            f"{path}: expected a robot file (.toml) or a URDF (.urdf), found {path.suffix or 'no suffix'!r}"
-        )
+        found = path.suffix or "no suffix"
+        raise InputError(f"{path}: expected a robot file (.toml) or a URDF (.urdf), found {found}")
     return read_robot_toml(path)
 
 

@@ -5,15 +5,10 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, gt=0.0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(strict=True, ge=0.0, allow_inf_nan=False)]
-Triple = tuple[Number, Number, Number]
-
-STRICT = ConfigDict(extra="forbid")
+from elastocal.io.checking import STRICT, Flag, Matrix, NotNegative, Number, Numbers, Pair, Positive, Triple
 
 
 @dataclass(config=STRICT)
@@ -22,7 +17,7 @@ class FrameEntry:
 
     xyz: Triple | None = None
     rpy: Triple | None = None
-    known: bool = False
+    known: Flag = False
 
 
 @dataclass(config=STRICT)
@@ -45,19 +40,19 @@ class LoadEntry:
 class RowEntry:
     """[[row]]."""
 
-    name: Annotated[str, Field(min_length=1, coerce_numbers_to_str=True)]
-    alpha: Number = 0.0
-    a: Number = 0.0
-    beta: Number = 0.0
-    b: Number = 0.0
-    theta: Number = 0.0
-    d: Number = 0.0
-    xyz: Triple = (0.0, 0.0, 0.0)
-    rpy: Triple = (0.0, 0.0, 0.0)
-    axis: Triple = (0.0, 0.0, 1.0)
+    name: Annotated[str, Field(min_length=1, coerce_numbers_to_str=True), "a name in quotes"]
+    alpha: Number | None = None
+    a: Number | None = None
+    beta: Number | None = None
+    b: Number | None = None
+    theta: Number | None = None
+    d: Number | None = None
+    xyz: Triple | None = None
+    rpy: Triple | None = None
+    axis: Triple | None = None
     joint: Literal["revolute", "prismatic"] | None = None
     sign: Literal[1, -1] = 1
-    limits: tuple[Number, Number] | None = None
+    limits: Pair | None = None
     mass: NotNegative = 0.0
     com: Triple = (0.0, 0.0, 0.0)
     stiffness: Positive | None = None
@@ -67,7 +62,7 @@ class RowEntry:
 class CouplingEntry:
     """[coupling]."""
 
-    matrix: list[list[Number]]
+    matrix: Matrix
 
 
 @dataclass(config=STRICT)
@@ -75,7 +70,7 @@ class ElasticEntry:
     """[elastic."2.theta"], SI."""
 
     law: str
-    coefficients: list[Number]
+    coefficients: Numbers
     transition_torque: Positive | None = None
 
 
@@ -83,8 +78,8 @@ class ElasticEntry:
 class TransmissionEntry:
     """[transmission."2.theta"]."""
 
-    sin: list[Number] = field(default_factory=list)
-    cos: list[Number] = field(default_factory=list)
+    sin: Numbers = field(default_factory=list)
+    cos: Numbers = field(default_factory=list)
 
 
 @dataclass(config=STRICT)

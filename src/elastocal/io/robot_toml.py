@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import tomli_w
+from pydantic import TypeAdapter, ValidationError
 
-from elastocal.elasticity import LAWS
-from elastocal.errors import InputError, unknown_name
-from elastocal.io.checking import check
+from elastocal.errors import InputError
+from elastocal.io.checking import faults_of
 from elastocal.io.files import read_toml
+from elastocal.io.robot_checks import joined_faults, local_faults, sound_part
 from elastocal.io.robot_schema import FrameEntry, RobotEntry, RowEntry
 from elastocal.io.units import UNITS
 from elastocal.robot import DH_KEYS, JOINT_KEYS, ROTATION_KEYS, Compliance, Frame, JointMap, Payload, Robot, Row
 
-RESERVED = ("base", "tool", "target", "station")
-
 FORMAT = "elastocal-robot/1"
 
-LONGEST = 50.0
-"""A length [m] beyond this is one in millimetres."""
-
-MOST_TURNS = 4.0
-"""A joint that travels further is one whose degrees were taken for radians."""
+ORIGIN = (0.0, 0.0, 0.0)
 
 
 def read_robot_toml(path: Path) -> Robot:
@@ -34,19 +28,29 @@ def read_robot_toml(path: Path) -> Robot:
     Raises:
         InputError: with every fault of the file.
     """
-    entry = check(RobotEntry, read_toml(path), path)
-    faults = [f"{path}: {fault}" for fault in _faults(entry)]
-    if faults:
-        raise InputError(*faults)
-    robot = _robot(entry)
-    faults = [f"{path}: {fault}" for fault in _element_faults(entry, robot)]
-    if faults:
-        raise InputError(*faults)
+    robot, faults = _checked(read_toml(path))
+    if robot is None or faults:
+        raise InputError(*(f"{path}: {fault}" for fault in faults))
     return robot
+
+
+def _checked(values: dict[str, Any]) -> tuple[Robot | None, list[str]]:
+    """The robot, if the file follows the schema, and all faults; what of it is sound is checked further in any case."""
+    schema = TypeAdapter(RobotEntry)
+    try:
+        entry = schema.validate_python(values)
+    except ValidationError as error:
+        found = faults_of(RobotEntry, values, error)
+        faults = [fault.text for fault in found]
+        part = sound_part(values, found)
+        return None, faults if part is None else [*faults, *local_faults(schema.validate_python(part))]
+    robot = _robot(entry)
+    return robot, [*local_faults(entry), *joined_faults(entry, robot)]
 
 
 def _robot(entry: RobotEntry) -> Robot:
     length, angle = UNITS["length"][entry.length_unit], UNITS["angle"][entry.angle_unit]
+    urdf = entry.convention == "urdf"
 
     def lengths(values: tuple[float, float, float]) -> tuple[float, float, float]:
         x, y, z = values
@@ -62,15 +66,14 @@ def _robot(entry: RobotEntry) -> Robot:
 
     def row(given: RowEntry) -> Row:
         travel = length if given.joint == "prismatic" else angle
-        geometry = {key: getattr(given, key) * (angle if key in ROTATION_KEYS else length) for key in DH_KEYS}
-        axis = np.array(given.axis) / np.linalg.norm(given.axis)
+        geometry = {key: (getattr(given, key) or 0.0) * (angle if key in ROTATION_KEYS else length) for key in DH_KEYS}
         return Row(
             name=given.name,
             joint=given.joint,
-            geometry={} if entry.convention == "urdf" else geometry,
-            origin=Frame(lengths(given.xyz), angles(given.rpy)) if entry.convention == "urdf" else Frame(),
-            axis=tuple(axis.tolist()),
-            sign=given.sign,
+            geometry={} if urdf else geometry,
+            origin=Frame(lengths(given.xyz or ORIGIN), angles(given.rpy or ORIGIN)) if urdf else Frame(),
+            axis=_direction(given.axis or (0.0, 0.0, 1.0)),
+            sign=int(given.sign),
             limits=None if given.limits is None else (given.limits[0] * travel, given.limits[1] * travel),
             mass=given.mass,
             com=lengths(given.com),
@@ -97,95 +100,15 @@ def _robot(entry: RobotEntry) -> Robot:
     )
 
 
+def _direction(axis: tuple[float, float, float]) -> tuple[float, float, float]:
+    """An axis of unit length; one that has it already stays as it is, to the last digit."""
+    length = math.hypot(*axis) or 1.0
+    return axis if abs(length - 1.0) < 1e-12 else (axis[0] / length, axis[1] / length, axis[2] / length)
+
+
 def _padded(sin: list[float], cos: list[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     orders = max(len(sin), len(cos))
     return tuple(sin + [0.0] * (orders - len(sin))), tuple(cos + [0.0] * (orders - len(cos)))
-
-
-def _faults(entry: RobotEntry) -> Iterator[str]:
-    """What no schema can say of a file."""
-    yield from _name_faults([row.name for row in entry.row])
-    joints = sum(row.joint is not None for row in entry.row)
-    if not joints:
-        yield "no row has a joint: write joint = 'revolute' or 'prismatic' in those that move"
-    for row in entry.row:
-        yield from _row_faults(entry, row)
-    for place, values in _lengths(entry):
-        for value in values:
-            if abs(value) * UNITS["length"][entry.length_unit] > LONGEST:
-                yield f'{place}: {value:g} {entry.length_unit} is longer than any robot: is length_unit = "mm" meant?'
-    if entry.coupling is not None:
-        yield from _coupling_faults(entry.coupling.matrix, joints)
-
-
-def _name_faults(names: list[str]) -> Iterator[str]:
-    for name in sorted({name for name in names if names.count(name) > 1}):
-        yield f"two rows are named {name!r}: names must differ"
-    for name in names:
-        if name in RESERVED:
-            yield f"row {name!r}: the names {', '.join(RESERVED)} are taken: choose another"
-
-
-def _coupling_faults(matrix: list[list[float]], joints: int) -> Iterator[str]:
-    if len(matrix) != joints or len({len(line) for line in matrix}) != 1 or not matrix[0]:
-        shape = "×".join(str(size) for size in (len(matrix), *sorted({len(line) for line in matrix})))
-        yield f"coupling, matrix: expected {joints} lines of equal length, one for each joint, found {shape}"
-
-
-def _row_faults(entry: RobotEntry, row: RowEntry) -> Iterator[str]:
-    urdf = entry.convention == "urdf"
-    other = DH_KEYS if urdf else ("xyz", "rpy", "axis")
-    defaults = RowEntry(name="-")
-    for key in other:
-        if getattr(row, key) != getattr(defaults, key):
-            valid = ", ".join(("xyz", "rpy", "axis") if urdf else DH_KEYS)
-            yield f"row {row.name!r}: {key!r} is not of convention {entry.convention!r} (valid: {valid})"
-    if urdf and not np.linalg.norm(row.axis) > 1e-9:
-        yield f"row {row.name!r}, axis: expected a direction, found zero length"
-    if row.limits is not None and row.limits[0] >= row.limits[1]:
-        yield f"row {row.name!r}, limits: expected [lower, upper], found {list(row.limits)}"
-    if row.joint is None and (row.limits is not None or row.stiffness is not None):
-        yield f"row {row.name!r} has limits or stiffness but no joint: expected joint = 'revolute' or 'prismatic'"
-    if entry.angle_unit == "rad":
-        angles = {key: (getattr(row, key), 1.01) for key in ROTATION_KEYS if hasattr(row, key)}
-        if row.joint == "revolute" and row.limits:
-            angles["limits"] = (max(map(abs, row.limits)), MOST_TURNS)
-        for key, (value, most) in angles.items():
-            if abs(value) > most * 2.0 * np.pi:
-                turns = abs(value) / (2.0 * np.pi)
-                yield f'row {row.name!r}, {key}: {value:g} rad is {turns:.0f} turns: is angle_unit = "deg" meant?'
-
-
-def _lengths(entry: RobotEntry) -> Iterator[tuple[str, tuple[float, ...]]]:
-    for row in entry.row:
-        yield f"row {row.name!r}", (row.a, row.b, row.d, *row.xyz, *row.com)
-    yield "tool", ((*(entry.tool.xyz or ()), *entry.tool.com))
-    for name, target in entry.target.items():
-        yield f"target {name!r}", target.xyz or ()
-
-
-def _element_faults(entry: RobotEntry, robot: Robot) -> Iterator[str]:
-    """Names of elements and laws, and how many coefficients they have."""
-    elements = [e.name for row in robot.row_elements for e in row if e.name]
-    elements += [f"{prefix}.{key}" for prefix in robot.frames for key in ("tx", "ty", "tz", "rx", "ry", "rz")]
-    driven = [row.joint_element for row in robot.joints]
-    for name, found in entry.elastic.items():
-        if name not in elements:
-            yield f"elastic: {unknown_name('element', name, elements)}"
-        if found.law not in LAWS:
-            yield f"elastic, {name}: {unknown_name('law', found.law, LAWS)}"
-            continue
-        law = LAWS[found.law]
-        if len(found.coefficients) != len(law.coefficients):
-            yield (
-                f"elastic, {name}: law {law.name!r} has the coefficients [{', '.join(law.coefficients)}], "
-                f"found {len(found.coefficients)}"
-            )
-        if law.transition != (found.transition_torque is not None):
-            yield f"elastic, {name}: law {law.name!r} has {'a' if law.transition else 'no'} transition_torque"
-    for name in entry.transmission:
-        if name not in driven:
-            yield f"transmission: {unknown_name('driven element', name, [d for d in driven if d])}"
 
 
 def robot_to_toml(robot: Robot) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import tomli_w
+
 from elastocal.io.robot_toml import robot_to_toml
 from elastocal.robot import Robot
 
@@ -15,7 +17,7 @@ _ORDER = {
 _HEAD = """\
 # A robot file. What is left out is 0; a line that starts with # is a comment.
 format = "elastocal-robot/1"
-name = "{name}"
+name = {name}
 convention = "{convention}"        # each row: {order}
 length_unit = "mm"                  # "m" or "mm", for every length in this file
 angle_unit = "deg"                  # "rad" or "deg"
@@ -71,8 +73,12 @@ com = [0.0, 0.0, 0.0]               # in the flange frame
 
 def robot_template(name: str, joints: int, convention: str) -> str:
     """A robot file to fill in."""
-    head = _HEAD.format(name=name, convention=convention, order=_ORDER[convention])
+    head = _HEAD.format(name=_quoted(name), convention=convention, order=_ORDER[convention])
     return head + _FIRST_ROW + "".join(_ROW.format(name=i) for i in range(2, joints + 1)) + _TAIL
+
+
+def _quoted(text: str) -> str:
+    return tomli_w.dumps({"name": text}).partition("= ")[2].strip()
 
 
 def urdf_template(robot: Robot) -> str:

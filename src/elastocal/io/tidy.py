@@ -11,8 +11,8 @@ import numpy as np
 import polars as pl
 
 from elastocal.chain import Array
-from elastocal.errors import unknown_name
-from elastocal.io.tables import Table
+from elastocal.errors import InputError, unknown_name
+from elastocal.io.tables import Header, Table
 from elastocal.io.units import UNITS, factor
 from elastocal.measurements import Labels, Measurements
 from elastocal.robot import Robot
@@ -37,10 +37,15 @@ ALL_OR_NONE = (
 
 _HEADER = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(?:\[\s*(?P<unit>[^\]]*?)\s*\])?\s*")
 
+_UNIT = "|".join(sorted({re.escape(unit) for units in UNITS.values() for unit in units if unit}, key=len, reverse=True))
+
+_LOOSE = re.compile(rf"\s*(?P<name>\w+?)(?:[\s_]*[\s_(\[]\s*(?P<unit>{_UNIT})\s*[)\]]?)?\s*", re.IGNORECASE)
+"""A header as people also write it: "q1 (deg)", "X_mm"."""
+
 
 def read_tidy(table: Table, robot: Robot) -> Measurements:
     """The measurements of a tidy table; faults are noted in the table, what they leave is zero."""
-    columns = _columns(table, robot)
+    columns = table.headers = _columns(table, robot)
     joints = [f"q{i + 1}" for i in range(robot.positions)]
     quantities = {joint: "length" if slides else "angle" for joint, slides in zip(joints, sliding(robot), strict=True)}
     quantities |= QUANTITIES
@@ -49,8 +54,7 @@ def read_tidy(table: Table, robot: Robot) -> Measurements:
         header, unit = columns[name]
         scale = factor(quantities[name], unit)
         if scale is None:
-            valid = UNITS[quantities[name]]
-            table.fault(f"column {header!r}: {unknown_name('unit', unit or '', valid)}")
+            table.fault(f"column {header!r}: {unknown_unit(quantities[name], unit or '')}")
         return table.numbers(header) * (scale or 1.0)
 
     def together(names: tuple[str, ...]) -> Array | None:
@@ -66,7 +70,7 @@ def read_tidy(table: Table, robot: Robot) -> Measurements:
     return Measurements(
         q=np.zeros((len(table), len(joints))) if q is None else q,
         position=together(ALL_OR_NONE[0]),
-        orientation=rotations(table, together(ALL_OR_NONE[1])),
+        orientation=rotations(table, together(ALL_OR_NONE[1]), "qw, qx, qy, qz"),
         distance=alone("distance"),
         sigma=None if sigma is None else np.repeat(sigma[:, None], 3, axis=1),
         sigma_angle=alone("sigma_angle"),
@@ -79,45 +83,74 @@ def read_tidy(table: Table, robot: Robot) -> Measurements:
     )
 
 
-def _columns(table: Table, robot: Robot) -> dict[str, tuple[str, str | None]]:
-    """Header and unit by the names that the format knows; unknown and missing ones are noted."""
-    valid = [*(f"q{i + 1}" for i in range(robot.positions)), *QUANTITIES, *NAMES]
-    found: dict[str, tuple[str, str | None]] = {}
+def unknown_unit(quantity: str, unit: str) -> str:
+    """A sentence on a unit that a quantity does not have."""
+    if quantity == "none":
+        return f"expected no unit, found {unit!r}"
+    return unknown_name(f"{quantity} unit", unit, UNITS[quantity])
+
+
+def _columns(table: Table, robot: Robot) -> dict[str, Header]:
+    """Headers by the names that the format knows; unknown, repeated and missing ones are noted."""
+    valid = [*joint_names(robot), *QUANTITIES, *NAMES]
+    found: dict[str, Header] = {}
+    others = []
     for header in table.frame.columns:
         match = _HEADER.fullmatch(header)
         name, unit = (match["name"], match["unit"]) if match else (header, None)
         if name in found:
-            table.fault(f"columns {found[name][0]!r} and {header!r} say the same: leave one out")
+            table.fault(f"columns {found[name].text!r} and {header!r} say the same: leave one out")
         elif name in valid:
-            found[name] = (header, unit)
-        elif get_close_matches(name, valid, n=1, cutoff=0.75) and not re.fullmatch(r"q\d+", name):
-            table.fault(unknown_name("column", name, valid))
-    _check_columns(table, robot, found)
+            found[name] = Header(header, unit)
+        else:
+            others.append(header)
+        if header in table.repeated and name in valid:
+            table.fault(f"column {header!r} is there {_times(table, header)} times: leave all but one out")
+    for header in others:
+        _check_unknown(table, header, valid, found)
+    used = [header.text for header in found.values()]
+    _check_columns(table, robot, found, [h for h in others if h not in used and re.match(r"\s*[qQ]\d+\b", h)])
     return found
 
 
-def _check_columns(table: Table, robot: Robot, found: dict[str, tuple[str, str | None]]) -> None:
-    headers = table.frame.columns
-    if len(headers) == 1 and any(mark in headers[0] for mark in ";\t"):
-        mark = ";" if ";" in headers[0] else "\\t"
-        table.fault(
-            f"the header has one column, {headers[0][:40]!r}: expected commas between columns; for another mark "
-            f'describe the file by a TOML with delimiter = "{mark}"'
-        )
-        return
-    joints = [f"q{i + 1}" for i in range(robot.positions)]
-    named = [header for header in headers if re.fullmatch(r"\s*q\d+\s*(\[.*\])?\s*", header)]
-    if any(joint not in found for joint in joints) or len(named) != len(joints):
-        table.fault(
-            f"expected the columns {joints[0]} … {joints[-1]} of the {len(joints)} joints of {robot.name}, "
-            f"found {', '.join(repr(header) for header in named) or 'none of them'}"
-        )
+def _times(table: Table, header: str) -> int:
+    return 1 + sum(other.startswith(f"{header} of column ") for other in table.frame.columns)
+
+
+def _check_unknown(table: Table, header: str, valid: list[str], found: dict[str, Header]) -> None:
+    """A column that the format does not know: it is left alone, unless one that it knows was meant."""
+    loose = _LOOSE.fullmatch(header)
+    name, unit = (loose["name"].lower(), loose["unit"]) if loose else (header, None)
+    if name in valid and name not in found and not (unit and name in NAMES):
+        proper = [known for known in UNITS[QUANTITIES.get(name, "angle")] if known.lower() == (unit or "").lower()]
+        meant = f"{name} [{(proper or [unit])[0]}]" if unit else name
+        table.fault(f"column {header!r}: expected the header {meant!r}")
+        found[name] = Header(header, None)
+    elif not re.fullmatch(r"q\d+", name) and get_close_matches(name, set(valid) - set(found), n=1, cutoff=0.75):
+        table.fault(unknown_name("column", header, valid))
+
+
+def _check_columns(table: Table, robot: Robot, found: dict[str, Header], spare: list[str]) -> None:
+    """Whether there is a column for every joint, and for something measured."""
+    joints = joint_names(robot)
+    missing = [joint for joint in joints if joint not in found]
+    if missing or spare:
+        wanted = f"{joints[0]} … {joints[-1]} of the {len(joints)} joints" if len(joints) > 1 else "q1 of the one joint"
+        wrong = [f"{', '.join(missing)} missing"] if missing else []
+        wrong += [f"{', '.join(map(repr, spare))} too many"] if spare else []
+        said = "found none of them" if len(missing) == len(joints) and not spare else "; ".join(wrong)
+        table.fault(f"expected the columns {wanted} of {robot.name}: {said}")
     for group in ALL_OR_NONE:
         missing = [name for name in group if name not in found]
         if 0 < len(missing) < len(group):
-            table.fault(f"expected all of {', '.join(group)} or none, {', '.join(missing)} missing")
-    if not any(name in found for name in ("x", "y", "z", "qw", "distance")):
+            table.fault(f"expected the columns {', '.join(group)}, or none of them: {', '.join(missing)} missing")
+    if not any(name in found for name in ("x", "y", "z", "qw", "qx", "qy", "qz", "distance")):
         table.fault("expected something measured: columns x, y, z and/or qw, qx, qy, qz and/or distance, found none")
+
+
+def joint_names(robot: Robot) -> list[str]:
+    """The names of the joints' columns."""
+    return [f"q{i + 1}" for i in range(robot.positions)]
 
 
 def sliding(robot: Robot) -> list[bool]:
@@ -125,14 +158,14 @@ def sliding(robot: Robot) -> list[bool]:
     return [row.joint == "prismatic" for row in robot.joints][: robot.positions]
 
 
-def rotations(table: Table, quaternions: Array | None) -> Array | None:
+def rotations(table: Table, quaternions: Array | None, column: str) -> Array | None:
     """Rotations (rows, 3, 3) of quaternions (rows, 4), w first; one that is far from unit length is a fault."""
     if quaternions is None:
         return None
     length = np.linalg.norm(quaternions, axis=1)
-    bad = np.flatnonzero(~(np.abs(length - 1.0) < 0.01))
+    bad = np.flatnonzero(np.abs(length - 1.0) > 0.01)
     table.rows_fault(
-        "qw, qx, qy, qz", bad.tolist(), [f"length {value:.3g}" for value in length[bad[:1]]], "unit length"
+        column, bad.tolist(), "".join(f"length {n:.3g}" for n in length[bad[:1]]), "a quaternion, length 1"
     )
     w, x, y, z = (quaternions / np.where(length > 0.0, length, 1.0)[:, None]).T
     matrix = [
@@ -144,7 +177,12 @@ def rotations(table: Table, quaternions: Array | None) -> Array | None:
 
 
 def measurements_to_csv(data: Measurements, robot: Robot) -> bytes:
-    """Measurements as a tidy table in degrees and millimetres, every digit kept."""
+    """Measurements as a tidy table in degrees and millimetres, every digit kept.
+
+    Raises:
+        InputError: some rows lack what others have.
+    """
+    _require_complete(data)
     columns: dict[str, Any] = {}
     for i, slides in enumerate(sliding(robot)):
         unit, scale = ("mm", 1e-3) if slides else ("deg", UNITS["angle"]["deg"])
@@ -157,10 +195,24 @@ def measurements_to_csv(data: Measurements, robot: Robot) -> bytes:
         units = ("N", "N", "N", "N·m", "N·m", "N·m")
         columns |= {f"{n} [{u}]": w for n, u, w in zip(ALL_OR_NONE[2], units, data.wrench.T, strict=True)}
     if data.pose is not None:
-        columns["pose"] = data.pose
+        columns["pose"] = [int(pose) if pose >= 0 else None for pose in data.pose]
+    if data.temperature is not None:
+        columns["temperature [degC]"] = data.temperature
     buffer = BytesIO()
     pl.DataFrame(columns).write_csv(buffer)
     return buffer.getvalue()
+
+
+def _require_complete(data: Measurements) -> None:
+    """A table has a number in every cell."""
+    kinds = ("position", "orientation", "distance", "sigma", "sigma_angle", "wrench", "temperature")
+    given = {kind: getattr(data, kind) for kind in kinds if getattr(data, kind) is not None}
+    lacking = {
+        kind: np.flatnonzero(~np.isfinite(found.reshape(len(data), -1)).all(axis=1)) for kind, found in given.items()
+    }
+    faults = [f"row {rows[0] + 1} has no {kind}, which others have" for kind, rows in lacking.items() if len(rows)]
+    if faults:
+        raise InputError(*(f"{fault}: write them to separate files" for fault in faults))
 
 
 def _observed_columns(data: Measurements) -> dict[str, Any]:
@@ -175,7 +227,8 @@ def _observed_columns(data: Measurements) -> dict[str, Any]:
     if data.distance is not None:
         columns["distance [mm]"] = data.distance / 1e-3
     if data.sigma is not None:
-        columns["sigma [mm]"] = data.sigma[:, 0] / 1e-3
+        same = (data.sigma == data.sigma[:, :1]).all(axis=1)
+        columns["sigma [mm]"] = np.where(same, data.sigma[:, 0], np.sqrt((data.sigma**2).mean(axis=1))) / 1e-3
     if data.sigma_angle is not None:
         columns["sigma_angle [rad]"] = data.sigma_angle
     return columns

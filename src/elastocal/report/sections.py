@@ -10,10 +10,10 @@ from elastocal.identification import CalibrationResult, IdentifiedElement, Ident
 from elastocal.validation import ValidationResult
 
 LABELS = {
-    "nominal": "nominal, fitted rows",
-    "calibrated": "calibrated, fitted rows",
-    "held_out_nominal": "nominal, held-out rows",
-    "held_out": "calibrated, held-out rows",
+    "nominal": "nominal, fitted",
+    "calibrated": "calibrated, fitted",
+    "held_out_nominal": "nominal, held-out",
+    "held_out": "calibrated, held-out",
 }
 
 DISPLAY = {"m": ("mm", 1e3), "rad": ("deg", 180.0 / math.pi), "rad/(N·m)": ("µrad/(N·m)", 1e6), "m/(N)": ("µm/N", 1e6)}
