@@ -15,7 +15,7 @@ from support.robots import arm, random_dh_robot
 
 KINDS = [("position",), ("position", "orientation"), ("distance",)]
 
-SCALE = {"m": 1e-3, "rad": 1e-3, "rad/(N·m)": 1e-6, "m/(N)": 1e-6}
+SCALE = {"m": 1e-3, "rad": 1e-3, "rad/(N·m)": 1e-6, "m/N": 1e-6}
 """What counts as the size of a parameter whose nominal value is zero."""
 
 

@@ -93,7 +93,6 @@ def _compliance_parameters(robot: Robot) -> list[Parameter]:
         law = LAWS[compliance.law]
         turn = name.rpartition(".")[2] in ROTATION_KEYS
         for coefficient, power, value in zip(law.coefficients, law.powers, compliance.coefficients, strict=True):
-            load = "N·m" if turn else "N"
-            unit = f"{'rad' if turn else 'm'}/({load})" + (f"^{power}" if power > 1 else "")
+            unit = ("rad/(N·m)" if turn else "m/N") + (f"^{power}" if power > 1 else "")
             found.append(Parameter(f"{name}.{coefficient}", unit, value, Group.COMPLIANCE, False))
     return found

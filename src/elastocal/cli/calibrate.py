@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from elastocal.cli.options import Globs, Json, Output, Paths, Seed, Tip, parse_elastic, require_data
@@ -72,6 +73,8 @@ def calibrate(
             seed=seed,
             on_step=on_step,
         )
+    files = {"robot": str(robot), "data": [*map(str, data)], "held_out": [*map(str, held_out or ())]}
+    result = replace(result, settings={**files, **result.settings})
     hashes = data_hashes((*data, *(held_out or ())))
     if output is not None:
         written = save_result(result, output, hashes, inputs)

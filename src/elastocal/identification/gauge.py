@@ -26,6 +26,9 @@ DEPENDENT = 1e-3
 to see it, the others would have to be known a thousand times better than it. It covers tables rounded to 1e-4 rad and
 axes that are parallel but for their errors."""
 
+NAMED = 0.02
+"""Parameters that another one depends on are named if their part in it is at least this, relative to the largest."""
+
 INVISIBLE = 1e-6
 """An effect smaller than this, relative to that of a like parameter, is rounding."""
 
@@ -114,8 +117,9 @@ def _eliminate(gram: Array, order: list[int]) -> tuple[list[int], dict[int, list
             kept.append(i)
             _sweep(swept, i)
         else:
-            weights = {k: abs(swept[k, i]) for k in kept if abs(swept[k, i]) > 10.0 * DEPENDENT}
-            combined[i] = sorted(weights, key=lambda k: -weights[k])
+            weights = {k: abs(swept[k, i]) for k in kept}
+            least = NAMED * max(weights.values(), default=0.0)
+            combined[i] = sorted((k for k in kept if weights[k] > least), key=lambda k: -weights[k])
     return kept, combined
 
 

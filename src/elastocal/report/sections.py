@@ -16,8 +16,11 @@ LABELS = {
     "held_out": "calibrated, held-out",
 }
 
-DISPLAY = {"m": ("mm", 1e3), "rad": ("deg", 180.0 / math.pi), "rad/(N·m)": ("µrad/(N·m)", 1e6), "m/(N)": ("µm/N", 1e6)}
+DISPLAY = {"m": ("mm", 1e3), "rad": ("deg", 180.0 / math.pi), "rad/(N·m)": ("µrad/(N·m)", 1e6), "m/N": ("µm/N", 1e6)}
 """Units that people read, and their factors from SI."""
+
+STIFFNESS = {"rad/(N·m)": ("kN·m/rad", 1e-3), "m/N": ("N/µm", 1e-6)}
+"""Units of the inverse of a compliance, and their factors from SI."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,8 @@ def _elastic_rows(element: IdentifiedElement, result: CalibrationResult) -> list
             if p.std is None
             else with_deviation(p.identified * scale, p.std * scale)
         )
-        stiffness = f"{1.0 / p.identified:.3g}" if p.identified and p.verdict in ("identified", "fixed") else ""
+        told = p.identified != 0.0 and p.verdict in ("identified", "fixed") and p.unit in STIFFNESS
+        stiffness = f"{STIFFNESS[p.unit][1] / p.identified:.3g} {STIFFNESS[p.unit][0]}" if told else ""
         rows.append((p.name, unit, value, spread, stiffness, p.verdict))
     return rows
 
