@@ -12,6 +12,7 @@ import numpy as np
 
 from elastocal.chain import Array, Placement, forward
 from elastocal.elasticity.coupling import coupled_deflections
+from elastocal.elasticity.drive import DriveCurve
 from elastocal.elasticity.laws import Law, Load
 from elastocal.errors import EquilibriumError
 from elastocal.statics import Mechanism, Statics, load, mutual_gradients
@@ -33,9 +34,17 @@ MAX_PASSES = 30
 class Spring:
     """How an element gives way: law, coefficients [rad/(N m)^power or m/N^power], transition torque [N m or N]."""
 
-    law: Law
+    law: Law | DriveCurve
     coefficients: tuple[float, ...]
     transition: float | None = None
+
+    def displaced(self, number: int, delta: float) -> Spring:
+        """Add to a coefficient by its number; after the last one comes the transition torque."""
+        if number == len(self.coefficients):
+            return replace(self, transition=(self.transition or 0.0) + delta)
+        changed = list(self.coefficients)
+        changed[number] += delta
+        return replace(self, coefficients=tuple(changed))
 
 
 @dataclass(frozen=True)
@@ -46,43 +55,50 @@ class Equilibrium:
         statics: the chain under load at deflections - remainder.
         deflections: (elastic, n) of the elements that give way.
         remainder: (elastic, n) the last step, to be carried to first order.
-        bases: for each elastic element its law's basis functions, (coefficients, n).
+        answers: (elastic, n) deflections by the laws at these loads.
         slopes: (elastic, n) d(deflection)/d(load).
+        partials: for each elastic element its law's partial derivatives, (coefficients, n).
         mutual: (elastic, elastic, n) d(load)/d(deflection); empty where the deflections are held.
     """
 
     statics: Statics
     deflections: Array
     remainder: Array
-    bases: list[Array]
+    answers: Array
     slopes: Array
+    partials: list[Array]
     mutual: Array
 
 
 def settle(
-    mechanism: Mechanism, placement: Placement, springs: tuple[Spring, ...], motion: Array, wrench: Array | None = None
+    mechanism: Mechanism,
+    placement: Placement,
+    springs: tuple[Spring, ...],
+    motion: Array,
+    wrench: Array | None = None,
+    sides: Array | None = None,
 ) -> Equilibrium:
     """Find the deflections of poses `motion` (moving, n) under gravity and a wrench (6, n) on the tool.
 
-    The side of a law with a transition torque is decided once, from the loads of the undeflected configuration.
+    The side of a law with a transition torque is decided once, from the loads of the undeflected configuration, or from
+    loads `sides` (elastic, n).
 
     Raises:
         EquilibriumError: the deflections do not settle; names the element and the pose (its column).
     """
     deflections = np.zeros((len(springs), motion.shape[1]))
-    state = at_deflections(mechanism, placement, springs, motion, deflections, wrench)
-    undeflected = state.statics.loads
+    state = at_deflections(mechanism, placement, springs, motion, deflections, wrench, sides)
+    decisive = state.statics.loads if sides is None else sides
     for _ in range(MAX_PASSES):
         mutual = mutual_gradients(state.statics)
-        misfit = _deflections(springs, state.bases, motion.shape[1]) - deflections
-        step = coupled_deflections(misfit, state.slopes, mutual)
+        step = coupled_deflections(state.answers - deflections, state.slopes, mutual)
         deflections = deflections + step
         size, scale = np.abs(step), np.abs(deflections).max(axis=1, initial=0.0, keepdims=True)
         if not (scale < LARGEST).all():
             break
         if (size <= np.clip(LAST_STEP[0] * scale, ROUNDING, LAST_STEP[1])).all():
             return replace(state, deflections=deflections, remainder=step, mutual=mutual)
-        state = at_deflections(mechanism, placement, springs, motion, deflections, wrench, undeflected)
+        state = at_deflections(mechanism, placement, springs, motion, deflections, wrench, decisive)
     row, pose = np.unravel_index(int(np.argmax(size)), size.shape)
     raise EquilibriumError(mechanism.chain.elements[mechanism.elastic[row]].name, int(pose))
 
@@ -94,28 +110,24 @@ def at_deflections(
     motion: Array,
     deflections: Array,
     wrench: Array | None = None,
-    undeflected: Array | None = None,
+    sides: Array | None = None,
 ) -> Equilibrium:
-    """The chain at given deflections (elastic, n); loads `undeflected` decide the sides of a law with a transition."""
+    """The chain at given deflections (elastic, n); loads `sides` decide the sides of a law with a transition."""
     moved = motion.copy()
     moved[mechanism.elastic_rows] += deflections
     statics = load(mechanism, placement, forward(placement, moved), wrench)
-    sides = statics.loads if undeflected is None else undeflected
-    seen = [Load(statics.loads[i], sides[i], spring.transition) for i, spring in enumerate(springs)]
-    slopes = [spring.law.slopes(at) for spring, at in zip(springs, seen, strict=True)]
+    decisive = statics.loads if sides is None else sides
+    responses = [
+        spring.law.respond(spring.coefficients, Load(statics.loads[i], decisive[i], spring.transition or 0.0))
+        for i, spring in enumerate(springs)
+    ]
+    shape = deflections.shape
     return Equilibrium(
         statics=statics,
         deflections=deflections,
         remainder=np.zeros_like(deflections),
-        bases=[spring.law.basis(at) for spring, at in zip(springs, seen, strict=True)],
-        slopes=_deflections(springs, slopes, motion.shape[1]),
+        answers=np.array([response.deflection for response in responses]).reshape(shape),
+        slopes=np.array([response.compliance for response in responses]).reshape(shape),
+        partials=[response.partials for response in responses],
         mutual=np.empty((0, 0, 0)),
     )
-
-
-def _deflections(springs: tuple[Spring, ...], functions: list[Array], n: int) -> Array:
-    """sum_k c_k function_k of each element, (elastic, n)."""
-    found = np.empty((len(springs), n))
-    for row, spring, function in zip(found, springs, functions, strict=True):
-        np.matmul(spring.coefficients, function, out=row)
-    return found

@@ -46,7 +46,7 @@ def fill_jacobian(
     Args:
         state: the poses at rest.
         elements: indices of elements in the chain, ascending.
-        coefficients: (elastic element, number of its coefficient) each.
+        coefficients: (elastic element, number of its coefficient) each; after the last one comes a transition torque.
         coupled: whether deflections answer to the loads that change with the elements; else they are held.
         out: (3 or 6, elements + coefficients, n) is filled: displacement and, if 6, rotation vector of the target, in
             the instrument's frame [m or rad, per unit of each].
@@ -68,4 +68,4 @@ def fill_jacobian(
         if coupled and mechanism.presses(body, wrench=statics.wrench is not None):
             out[:, start:end] += gradients.of_body(body, screws[start:end])
     for row, (spring, k) in enumerate(coefficients, start=len(elements)):
-        np.multiply(answer[:, spring], state.bases[spring][k], out=out[:, row])
+        np.multiply(answer[:, spring], state.partials[spring][k], out=out[:, row])

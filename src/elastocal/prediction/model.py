@@ -33,7 +33,7 @@ class Setup:
         rows: (n,) in the data.
         kinds: what these rows observe, of KINDS.
         elements: indices of the identified elements in the chain, ascending.
-        coefficients: (spring, number of coefficient) of the identified coefficients.
+        coefficients: (spring, number of coefficient) of the identified coefficients; after the last a transition torque.
         columns: the parameters that elements and coefficients are, in this order.
     """
 
@@ -89,7 +89,7 @@ class Model:
         used = [columns[chain.elements[i].name] for i in elements]
         coefficients = []
         for spring, element in enumerate(elastic):
-            for k, coefficient in enumerate(assembly.springs[spring].law.coefficients):
+            for k, coefficient in enumerate((*assembly.springs[spring].law.coefficients, "transition_torque")):
                 name = f"{chain.elements[element].name}.{coefficient}"
                 if name in columns:
                     coefficients.append((spring, k))
@@ -171,11 +171,10 @@ def _displaced(setup: Setup, displacements: Array) -> tuple[Array, tuple[Spring,
     count = len(setup.elements)
     values = setup.assembly.mechanism.chain.values.copy()
     values[setup.elements] += displacements[setup.columns[:count]]
-    coefficients = [list(spring.coefficients) for spring in setup.assembly.springs]
+    springs = list(setup.assembly.springs)
     for (spring, k), column in zip(setup.coefficients, setup.columns[count:], strict=True):
-        coefficients[spring][k] += displacements[column]
-    springs = zip(setup.assembly.springs, coefficients, strict=True)
-    return values, tuple(replace(spring, coefficients=tuple(changed)) for spring, changed in springs)
+        springs[spring] = springs[spring].displaced(k, float(displacements[column]))
+    return values, tuple(springs)
 
 
 def _residual(observed: Array, kind: str, position: Array, state: Equilibrium) -> Array:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from elastocal.chain import Array, Element, Vector
-from elastocal.elasticity import LAWS, Spring
+from elastocal.elasticity import CURVES, LAWS, Spring
 from elastocal.robot.frames import FRAME_KEYS, Frame
 from elastocal.robot.rows import CONVENTIONS, Row
 
@@ -33,7 +33,7 @@ class Compliance:
     @property
     def spring(self) -> Spring:
         """The compliance as the equilibrium takes it."""
-        return Spring(LAWS[self.law], self.coefficients, self.transition_torque)
+        return Spring(CURVES[self.law], self.coefficients, self.transition_torque)
 
     @classmethod
     def rigid(cls, law: str, transition_torque: float | None = None) -> Compliance:
@@ -156,10 +156,13 @@ class Robot:
             rows.append(displace(row, changed) if changed else row)
         elastic = {}
         for element, compliance in self.elastic.items():
-            names = LAWS[compliance.law].coefficients
-            changed = take(element, names)
+            names = CURVES[compliance.law].coefficients
+            changed = take(element, (*names, "transition_torque"))
             values = [c + changed.get(name, 0.0) for name, c in zip(names, compliance.coefficients, strict=True)]
-            elastic[element] = replace(compliance, coefficients=tuple(values))
+            torque = compliance.transition_torque
+            if "transition_torque" in changed:
+                torque = (torque or 0.0) + changed["transition_torque"]
+            elastic[element] = Compliance(compliance.law, tuple(values), torque)
         if remaining:
             raise KeyError(f"no parameters of {self.name}: {', '.join(remaining)}")
         return replace(self.with_frames(frames), rows=tuple(rows), elastic=elastic)
