@@ -20,6 +20,7 @@ class Group(IntEnum):
     TWIST = 5
     SPARE = 6
     COMPLIANCE = 7
+    TRANSITION = 8
 
 
 FRAME_GROUPS = (Group.BASE, Group.TARGET, Group.TOOL)
@@ -90,9 +91,14 @@ def _row_parameters(robot: Robot) -> list[Parameter]:
 def _compliance_parameters(robot: Robot) -> list[Parameter]:
     found = []
     for name, compliance in robot.elastic.items():
-        law = LAWS[compliance.law]
+        law = LAWS.get(compliance.law)
+        if law is None:
+            continue  # a curve that nobody identifies
         turn = name.rpartition(".")[2] in ROTATION_KEYS
         for coefficient, power, value in zip(law.coefficients, law.powers, compliance.coefficients, strict=True):
             unit = ("rad/(N·m)" if turn else "m/N") + (f"^{power}" if power > 1 else "")
             found.append(Parameter(f"{name}.{coefficient}", unit, value, Group.COMPLIANCE, False))
+        if law.transition:
+            torque, unit = compliance.transition_torque, "N·m" if turn else "N"
+            found.append(Parameter(f"{name}.transition_torque", unit, torque, Group.TRANSITION, False))
     return found

@@ -13,6 +13,7 @@ import numpy as np
 
 from elastocal.chain import Array
 
+
 class Load(NamedTuple):
     """What a law sees of an element: load (n,), the load that decides the side (n,), transition torque (0 if none)."""
 

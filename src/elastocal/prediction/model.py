@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -33,7 +33,8 @@ class Setup:
         rows: (n,) in the data.
         kinds: what these rows observe, of KINDS.
         elements: indices of the identified elements in the chain, ascending.
-        coefficients: (spring, number of coefficient) of the identified coefficients; after the last a transition torque.
+        coefficients: (spring, number of coefficient) of the identified coefficients; after a law's last one, its
+            transition torque.
         columns: the parameters that elements and coefficients are, in this order.
     """
 
