@@ -101,6 +101,19 @@ def test_calibration_helps_and_validation_confirms_it(desk: Desk, convention: st
     assert "all rows" in desk.done("validate robot.toml held_out.csv")
 
 
+@pytest.mark.parametrize("kinds", ["position", "position,orientation"])
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("convention", ["modified-dh", "standard-dh", "urdf"])
+def test_what_is_simulated_is_calibrated(desk: Desk, convention: str, shape: str, kinds: str):
+    ec.save_robot(nominal_robot(convention, shape), desk.folder / "robot.toml")
+    drawn = f"--poses 80 --geometry-error 0.5mm,0.5mrad --kinds {kinds} --noise 0.02mm --floor 0m --cone 30deg"
+    desk.done(f"simulate robot.toml {drawn} --write-actual actual.toml -o fit.csv")
+    true = json.loads(desk.done("validate actual.toml fit.csv --json"))["residuals"]["held_out"]
+    found = json.loads(desk.done("calibrate robot.toml fit.csv --holdout 0.3 --json"))["residuals"]
+    assert true["mean"] < 5e-5
+    assert found["held_out"]["mean"] < 0.2 * found["held_out_nominal"]["mean"]
+
+
 @pytest.mark.parametrize("convention", ["modified-dh", "standard-dh", "urdf"])
 def test_compliance_is_found_in_every_convention(desk: Desk, convention: str):
     nominal = nominal_robot(convention, "turning")

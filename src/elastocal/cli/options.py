@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from elastocal.errors import InputError
+
+if TYPE_CHECKING:
+    from elastocal.identification.transition import Transition
 
 Globs = Annotated[list[str], Parameter(consume_multiple=True, negative=())]
 Paths = Annotated[list[Path], Parameter(consume_multiple=True, negative=())]
@@ -38,6 +41,29 @@ def parse_elastic(text: str | None) -> dict[str, str]:
     return laws
 
 
+def parse_transition(text: str, population: int | None = None, generations: int | None = None) -> Transition:
+    """How transition torques are found, from "exact", "ga" or "222,80".
+
+    Raises:
+        InputError: it is none of these, or the size of a genetic search is given without one.
+    """
+    from elastocal.identification import GeneticSearch
+
+    if text == "ga":
+        usual = GeneticSearch()
+        return GeneticSearch(population or usual.population, generations or usual.generations)
+    if population is not None or generations is not None:
+        raise InputError("--population and --generations go with --transition ga")
+    if text == "exact":
+        return text
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"--transition {text}: expected exact, ga, or torques in N m with commas between them, as 222,80"
+        ) from None
+
+
 def require_data(data: Sequence[Path], held_out: Sequence[Path] = ()) -> None:
     """Check that there are measurements, and that those held out are others.
 
@@ -50,3 +76,37 @@ def require_data(data: Sequence[Path], held_out: Sequence[Path] = ()) -> None:
     both = [path for path in held_out if path.resolve() in fitted]
     if both:
         raise InputError(*(f"{path} is both fitted and held out: choose one" for path in both))
+
+
+def parse_names(given: Sequence[str] | None) -> list[str]:
+    """Names given one by one, or with commas between them."""
+    return [name.strip() for text in given or () for name in text.split(",") if name.strip()]
+
+
+def parse_quantities(option: str, text: str, quantities: Sequence[str], signed: bool = False) -> tuple[float, ...]:
+    """Numbers with units, as "0.5mm,0.5mrad", in SI.
+
+    Args:
+        option: that they were given to, "--noise".
+        text: numbers with commas between them.
+        quantities: what each is, "length" or "angle".
+        signed: whether they may be negative.
+
+    Raises:
+        InputError: there are more or fewer, or one is no such number.
+    """
+    from elastocal.io.units import parse_quantity
+
+    parts = text.split(",")
+    if len(parts) != len(quantities):
+        expected = f"{len(quantities)} numbers with commas between them" if len(quantities) > 1 else "one number"
+        raise InputError(f"{option} {text}: expected {expected} ({', '.join(quantities)}), found {len(parts)}")
+    found = []
+    for part, quantity in zip(parts, quantities, strict=True):
+        try:
+            found.append(parse_quantity(part, quantity))
+        except InputError as error:
+            raise InputError(*(f"{option} {text}: {fault}" for fault in error.faults)) from None
+        if found[-1] < 0.0 and not signed:
+            raise InputError(f"{option} {text}: expected 0 or a positive {quantity}, found {part.strip()}")
+    return tuple(found)

@@ -7,11 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from elastocal.chain import Array
 from elastocal.measurements import Measurements
-from elastocal.prediction import predict
 from elastocal.robot import Compliance, Frame, Robot
-from elastocal.simulation import random_poses, simulate
+from elastocal.simulation import Region, random_poses, simulate, with_geometry_errors
 
 ROBOT_FILE = Path(__file__).with_name("arm.toml")
 
@@ -30,24 +28,18 @@ def actual_arm(nominal: Robot, seed: int = 0) -> Robot:
 
     The instrument stands three metres away, and the target sits somewhere on the tool.
     """
-    rng = np.random.default_rng(seed)
-    deltas = {element.name: 5e-4 * rng.standard_normal() for row in nominal.row_elements for element in row}
-    set_up = nominal.with_frames(
+    set_up = with_geometry_errors(nominal, 5e-4, 5e-4, seed).with_frames(
         {
             "base": Frame((2.6, -1.4, -0.7), (0.01, -0.02, 2.1), known=True),
             "tool": Frame((0.08, -0.05, 0.17), known=True),
         }
     )
     elastic = {name: Compliance("linear", (value,)) for name, value in COMPLIANCE.items()}
-    return replace(set_up.displaced(deltas), elastic=elastic)
+    return replace(set_up, elastic=elastic)
 
 
 def measure(actual: Robot, count: int, seed: int = 0) -> Measurements:
     """Measure positions of an actual arm at random poses above the floor."""
     rng = np.random.default_rng(seed)
-    on_the_floor = replace(actual, base=Frame(known=True))
-    chosen: list[Array] = []
-    while sum(map(len, chosen)) < count:
-        q = random_poses(actual, count, rng)
-        chosen.append(q[predict(on_the_floor, q)[0][:, 2] > FLOOR])
-    return simulate(actual, np.concatenate(chosen)[:count], noise=NOISE, seed=rng)
+    q = random_poses(actual, count, rng, region=Region(floor=FLOOR))
+    return simulate(actual, q, noise=NOISE, seed=rng)

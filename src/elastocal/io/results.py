@@ -14,7 +14,7 @@ import numpy as np
 import polars as pl
 
 from elastocal.errors import InputError
-from elastocal.identification import CalibrationResult, Residuals, Statistics
+from elastocal.identification import CalibrationResult, IdentifiedElement, Residuals, Search, Statistics
 from elastocal.io.files import require_writable, write_files
 from elastocal.io.robot_toml import robot_to_toml
 from elastocal.measurements import Measurements
@@ -95,6 +95,7 @@ def result_json(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> s
                     "coefficients": list(e.coefficients),
                     "std": list(e.std),
                     "verdict": e.verdict,
+                    **transition_table(e),
                 }
                 for e in result.elastic
             ],
@@ -105,6 +106,7 @@ def result_json(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> s
                 "condition": seen.condition,
                 **{f"O{i}": getattr(seen, f"O{i}") for i in range(1, 6)},
             },
+            "search": None if result.search is None else search_table(result.search),
             "model_sigma": dict(result.model_sigma),
             "chi2_reduced": result.chi2_reduced,
             "outliers": [],
@@ -117,6 +119,28 @@ def result_json(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> s
             "version": version("elastocal"),
         }
     )
+
+
+def transition_table(element: IdentifiedElement) -> dict[str, Any]:
+    """Beside a transition torque: its standard deviation, the gap of loads it lies in, and the loads on each side."""
+    if element.transition is None:
+        return {}
+    return {
+        "transition_std": element.transition_std,
+        "transition_gap": list(element.transition.gap),
+        "loads": {"below": element.transition.below, "above": element.transition.above},
+    }
+
+
+def search_table(search: Search) -> dict[str, Any]:
+    """How transition torques were found; fitness is relative to that of linear laws."""
+    return {
+        "method": search.method,
+        "proven": search.proven,
+        "fits": search.fits,
+        "best_fitness": list(search.history),
+        "seconds": search.seconds,
+    }
 
 
 def validation_json(result: ValidationResult, data_sha256: Sequence[str] = ()) -> str:

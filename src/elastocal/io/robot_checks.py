@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from elastocal.elasticity import LAWS
+from elastocal.elasticity import CURVES, HARMONIC_DRIVE
 from elastocal.errors import unknown_name
 from elastocal.io.checking import Fault, dotted, row_place
 from elastocal.io.robot_schema import ElasticEntry, FrameEntry, RobotEntry, RowEntry
@@ -161,14 +161,26 @@ def _length_fault(entry: RobotEntry, where: str, values: Sequence[float]) -> Ite
 
 def _law_faults(where: str, found: ElasticEntry) -> Iterator[str]:
     """A law that does not exist, or with coefficients that it does not have."""
-    if found.law not in LAWS:
-        yield f"{where}.law: {unknown_name('law', found.law, LAWS)}"
+    if found.law not in CURVES:
+        yield f"{where}.law: {unknown_name('law', found.law, CURVES)}"
         return
-    law = LAWS[found.law]
+    law = CURVES[found.law]
     if len(found.coefficients) != len(law.coefficients):
         names = ", ".join(law.coefficients)
         yield f"{where}.coefficients: expected [{names}] of law {law.name!r}, found {len(found.coefficients)} numbers"
+    elif law is HARMONIC_DRIVE:
+        yield from _drive_faults(where, found.coefficients)
     if law.transition and found.transition_torque is None:
         yield f"{where}: 'transition_torque' is missing: law {law.name!r} has one"
     if not law.transition and found.transition_torque is not None:
         yield f"{where}.transition_torque: law {law.name!r} has none: leave it out"
+
+
+def _drive_faults(where: str, coefficients: Sequence[float]) -> Iterator[str]:
+    """A harmonic drive's curve that is not steeper than its soft wind-up: it would not carry every load."""
+    a3, a1, k_sw, a_sw = coefficients
+    for name, value in (("a3", a3), ("k_sw", k_sw), ("a_sw", a_sw)):
+        if value < 0.0:
+            yield f"{where}.coefficients: expected {name} of 0 or more, found {value:g}"
+    if not a1 > k_sw or a1 <= 0.0:
+        yield f"{where}.coefficients: expected a1 above k_sw and 0, so that the drive is stiff, found {a1:g}"
