@@ -37,6 +37,7 @@ class Parameter:
             and yaw; of a URDF joint's origin rx, ry, rz and of its offset, zero: they are changes of the origin.
         group: what kind it is.
         open: identified unless the user says otherwise.
+        power: of the load that a compliance belongs to.
     """
 
     name: str
@@ -44,10 +45,11 @@ class Parameter:
     nominal: float | None
     group: Group
     open: bool
+    power: int = 1
 
 
 def parameters_of(robot: Robot) -> dict[str, Parameter]:
-    """All parameters of a robot by name, in chain order, compliances last. Compliances are open where they are zero."""
+    """All parameters of a robot by name, in chain order, compliances and transition torques last."""
     found = [
         *_frame_parameters(robot, "base"),
         *(p for s in robot.stations for p in _frame_parameters(robot, f"station.{s}")),
@@ -97,7 +99,7 @@ def _compliance_parameters(robot: Robot) -> list[Parameter]:
         turn = name.rpartition(".")[2] in ROTATION_KEYS
         for coefficient, power, value in zip(law.coefficients, law.powers, compliance.coefficients, strict=True):
             unit = ("rad/(N·m)" if turn else "m/N") + (f"^{power}" if power > 1 else "")
-            found.append(Parameter(f"{name}.{coefficient}", unit, value, Group.COMPLIANCE, False))
+            found.append(Parameter(f"{name}.{coefficient}", unit, value, Group.COMPLIANCE, False, power))
         if law.transition:
             torque, unit = compliance.transition_torque, "N·m" if turn else "N"
             found.append(Parameter(f"{name}.transition_torque", unit, torque, Group.TRANSITION, False))

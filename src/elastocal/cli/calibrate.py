@@ -5,8 +5,22 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
 
-from elastocal.cli.options import Globs, Json, Output, Paths, Seed, Tip, parse_elastic, require_data
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from elastocal.cli.options import (
+    Globs,
+    Json,
+    Output,
+    Paths,
+    Seed,
+    Tip,
+    parse_elastic,
+    parse_transition,
+    require_data,
+)
 
 
 def calibrate(
@@ -18,6 +32,10 @@ def calibrate(
     identify: Globs | None = None,
     fix: Globs | None = None,
     elastic: str | None = None,
+    transition: str = "exact",
+    population: Annotated[int | None, Parameter(validator=Number(gte=2))] = None,
+    generations: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
+    non_negative: Annotated[bool, Parameter(negative=())] = False,
     tip: Tip = None,
     seed: Seed = 0,
     output: Output = None,
@@ -33,9 +51,15 @@ def calibrate(
         identify: Only parameters that match these patterns, as `*.theta` or `2.*`; all geometry if left out. Frames
             that the robot file does not call known are always identified.
         fix: Parameters that match these patterns stay as they are.
-        elastic: Elements that give way, and their laws: 2,3 for the joints of rows 2 and 3, 3.alpha for any element.
+        elastic: Elements that give way, and their laws: 2,3 for the joints of rows 2 and 3, 3.alpha for any element;
+            2:step,3:hinge for a law other than linear (step, hinge, cubic).
+        transition: How the transition torques of steps and hinges are found: exact, ga (genetic algorithm), or the
+            torques themselves in N m, as 222,80, in the order of --elastic.
+        population: Combinations in each generation of the genetic algorithm; 40 if left out.
+        generations: How many generations there are; 50 if left out.
+        non_negative: Keep compliances from becoming negative.
         tip: Link where the chain of a URDF ends.
-        seed: Of the choice of rows to hold out.
+        seed: Of the choice of rows to hold out, and of the genetic algorithm.
         output: Folder for robot.toml, result.json and residuals.csv.
         json: Print the result object and nothing else on standard output.
     """
@@ -55,13 +79,14 @@ def calibrate(
 
     require_data(data, held_out or ())
     laws = parse_elastic(elastic)
+    search = parse_transition(transition, population, generations)
     nominal = load_robot(robot, tip)
     measured = load_measurements(data, nominal)
     rest = load_measurements(held_out, nominal) if held_out else None
     inputs = (robot, *source_files((*data, *(held_out or ()))))
     if output is not None:
         require_result_folder(output, inputs)
-    with progress("calibrating") as on_step:
+    with progress("calibrating") as calls:
         result = identify_robot(
             nominal,
             measured,
@@ -70,8 +95,11 @@ def calibrate(
             identify=identify,
             fix=fix or (),
             elastic=laws,
+            transition=search,
+            non_negative=non_negative,
             seed=seed,
-            on_step=on_step,
+            on_step=calls.on_step,
+            on_generation=calls.on_generation,
         )
     files = {"robot": str(robot), "data": [*map(str, data)], "held_out": [*map(str, held_out or ())]}
     result = replace(result, settings={**files, **result.settings})

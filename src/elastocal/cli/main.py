@@ -22,6 +22,14 @@ COMMANDS = {
         "Errors of a robot, nominal or calibrated, on measurements it was not fitted to.",
         "elastocal validate result/robot.toml tracker2.csv --refit base",
     ),
+    "simulate": (
+        "Measurements of a robot that does not exist: a table for calibrate, with a known truth.",
+        "elastocal simulate robot.toml --poses 60 --geometry-error 0.5mm,0.5mrad --noise 0.03mm -o fit.csv",
+    ),
+    "reproduce": (
+        "The two papers on joint stiffness, their tables beside ours, each run anew.",
+        "elastocal reproduce a-1 b-2 nonlinear",
+    ),
     "demo": (
         "The whole way on a built-in example: robot file, measurements, calibration, validation.",
         "elastocal demo -o elastocal-demo",

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import NamedTuple
 
 from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
 
 from elastocal.report import Section, print_sections
 
@@ -22,12 +24,28 @@ def show(sections: Sequence[Section]) -> None:
     print_sections(sections, _Terminal(highlight=False))
 
 
+class Calls(NamedTuple):
+    """What a calibration calls on its way: after each step, and after each generation of a genetic algorithm."""
+
+    on_step: Callable[[int, float], None] | None = None
+    on_generation: Callable[[int, int], None] | None = None
+
+
 @contextmanager
-def progress(title: str) -> Iterator[Callable[[int, float], None] | None]:
-    """A spinner on standard error while a fit runs, if that is a terminal; yields what to call after each step."""
+def progress(title: str) -> Iterator[Calls]:
+    """Progress on standard error while a fit runs, if that is a terminal: steps told, generations as a bar."""
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield None
+        yield Calls()
         return
-    with console.status(title) as status:
-        yield lambda step, misfit: status.update(f"{title}: step {step}, sum of squares {misfit:.6g}")
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as shown:
+        task = shown.add_task(title, total=None)
+
+        def on_step(step: int, misfit: float) -> None:
+            shown.update(task, description=f"{title}: step {step}, sum of squares {misfit:.6g}", total=None)
+
+        def on_generation(done: int, total: int) -> None:
+            shown.update(task, description=f"{title}: generation {done} of {total}", completed=done, total=total)
+
+        yield Calls(on_step, on_generation)

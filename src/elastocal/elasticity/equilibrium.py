@@ -81,14 +81,14 @@ def settle(
     """Find the deflections of poses `motion` (moving, n) under gravity and a wrench (6, n) on the tool.
 
     The side of a law with a transition torque is decided once, from the loads of the undeflected configuration, or from
-    loads `sides` (elastic, n).
+    loads `sides` (elastic, n) where these are not NaN.
 
     Raises:
         EquilibriumError: the deflections do not settle; names the element and the pose (its column).
     """
     deflections = np.zeros((len(springs), motion.shape[1]))
     state = at_deflections(mechanism, placement, springs, motion, deflections, wrench, sides)
-    decisive = state.statics.loads if sides is None else sides
+    decisive = _decisive(state.statics.loads, sides)
     for _ in range(MAX_PASSES):
         mutual = mutual_gradients(state.statics)
         step = coupled_deflections(state.answers - deflections, state.slopes, mutual)
@@ -112,11 +112,11 @@ def at_deflections(
     wrench: Array | None = None,
     sides: Array | None = None,
 ) -> Equilibrium:
-    """The chain at given deflections (elastic, n); loads `sides` decide the sides of a law with a transition."""
+    """The chain at given deflections (elastic, n); loads `sides` decide the sides of a law where they are not NaN."""
     moved = motion.copy()
     moved[mechanism.elastic_rows] += deflections
     statics = load(mechanism, placement, forward(placement, moved), wrench)
-    decisive = statics.loads if sides is None else sides
+    decisive = _decisive(statics.loads, sides)
     responses = [
         spring.law.respond(spring.coefficients, Load(statics.loads[i], decisive[i], spring.transition or 0.0))
         for i, spring in enumerate(springs)
@@ -131,3 +131,7 @@ def at_deflections(
         partials=[response.partials for response in responses],
         mutual=np.empty((0, 0, 0)),
     )
+
+
+def _decisive(loads: Array, sides: Array | None) -> Array:
+    return loads if sides is None else np.where(np.isnan(sides), loads, sides)

@@ -5,14 +5,17 @@ from elastocal.identification.gauge import Gauge, choose_gauge
 from elastocal.identification.observability import Observability
 from elastocal.identification.result import CalibrationResult, IdentifiedElement, IdentifiedParameter
 from elastocal.identification.statistics import Residuals, Statistics, residuals, statistics
+from elastocal.identification.transition import GeneticSearch, Search
 
 __all__ = [
     "CalibrationResult",
     "Gauge",
+    "GeneticSearch",
     "IdentifiedElement",
     "IdentifiedParameter",
     "Observability",
     "Residuals",
+    "Search",
     "Statistics",
     "calibrate",
     "choose_gauge",

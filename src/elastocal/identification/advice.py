@@ -15,13 +15,16 @@ NARROW = np.radians(20.0)
 WEAK = 1e-3
 """A parameter is weakly determined if its standard deviation moves the target by more, rms at generic poses [m]."""
 
+FEW_LOADS = 6
+"""A coefficient that rests on fewer different loads may be noise."""
+
 FEW = 0.5
 """Degrees of freedom per parameter below which a residual flatters."""
 
 
 def with_advice(result: CalibrationResult) -> CalibrationResult:
     """The result with its verdict, warnings and notes."""
-    warnings = (*_on_the_fit(result), *_on_parameters(result), *_on_the_data(result))
+    warnings = (*_on_the_fit(result), *_on_parameters(result), *_on_transitions(result), *_on_the_data(result))
     return replace(result, verdict=_verdict(result), warnings=warnings, notes=tuple(_notes(result)))
 
 
@@ -33,7 +36,7 @@ def _verdict(result: CalibrationResult) -> str:
     held = "held_out" in result.residuals
     before = result.residuals["held_out_nominal" if held else "nominal"]
     after = result.residuals["held_out" if held else "calibrated"]
-    identified = f"{len(result.gauge.kept)} parameters identified."
+    identified = f"{len(result.names)} parameters identified."
     found, unit = after, "mm"
     if not after.n and after.angle and before.angle:  # orientations only
         before, found, unit = before.angle, after.angle, "mrad"
@@ -75,7 +78,7 @@ def _on_parameters(result: CalibrationResult) -> Iterator[str]:
     for parameter in result.parameters:
         if parameter.unit.startswith(("rad/", "m/")):
             yield from _on_compliance(parameter)
-    weak = [p.name for p in result.parameters if p.std is not None and p.std * kept[p.name] > WEAK]
+    weak = [p.name for p in result.parameters if p.std is not None and p.std * kept.get(p.name, 0.0) > WEAK]
     if weak:
         yield (
             f"weakly determined, to no better than {1e3 * WEAK:g} mm at the target: {_listed(weak)}; "
@@ -85,17 +88,42 @@ def _on_parameters(result: CalibrationResult) -> Iterator[str]:
 
 def _on_compliance(p: IdentifiedParameter) -> Iterator[str]:
     found = f"{p.identified:.2g} ± {p.std or 0.0:.2g} {p.unit}"
-    if p.verdict in ("unobservable", "dependent"):
+    if p.verdict == "insignificant" and p.std is None:
+        yield (
+            f"compliance {p.name} is held at zero, since it would come out negative: leave it out of --elastic, or "
+            "check masses, centres of mass and gravity"
+        )
+    elif p.verdict in ("unobservable", "dependent"):
         yield f"compliance {p.name} is {p.verdict}: {p.reason}; leave it out of --elastic"
     elif p.verdict == "insignificant":
         yield (
             f"compliance {p.name} is zero within its uncertainty ({found}): leave it out, or measure with more payload"
         )
-    elif p.verdict == "identified" and p.identified < 0.0:
+    elif p.verdict == "identified" and p.identified < 0.0 and "^" not in p.unit:
         yield (
             f"compliance {p.name} is negative ({found}), which no joint is: check masses, centres of mass and gravity, "
             "and whether another joint's compliance is missing"
         )
+
+
+def _on_transitions(result: CalibrationResult) -> Iterator[str]:
+    rows = {p.name: p for p in result.parameters}
+    for element in result.elastic:
+        data, name = element.transition, element.element
+        if data is None or element.transition_torque is None:
+            continue
+        row = rows[f"{name}.transition_torque"]
+        if row.verdict == "insignificant":
+            yield (
+                f"no transition is seen at {name}: the compliances on the two sides of {element.transition_torque:.3g} "
+                f"{row.unit} are the same within their uncertainty; make its law linear, or measure with more payload"
+            )
+        for key, where, count in (("c_low", "below", data.below), ("c_high", "above", data.above)):
+            if count < FEW_LOADS:
+                yield (
+                    f"{name}.{key} rests on {count} different loads {where} {element.transition_torque:.3g} "
+                    f"{row.unit}: measure more poses with such loads"
+                )
 
 
 def _on_the_data(result: CalibrationResult) -> Iterator[str]:
@@ -130,11 +158,24 @@ def _notes(result: CalibrationResult) -> Iterator[str]:
             "compliances are relative to the masses in the robot file: masses 10 % too high give compliances "
             "10 % too low, and the same deflections"
         )
+    for element in result.elastic:
+        if element.law == "step" and element.transition is not None:
+            low, high = element.transition.gap
+            yield (
+                f"no measured load on {element.element} lies between {low:.4g} and {high:.4g} "
+                f"{_unit(result, element.element)}: which of its two compliances holds in there, these data cannot tell"
+            )
+    if result.search is not None and result.search.method == "exact" and not result.search.proven:
+        yield "the transition torques are the best that were found: not all combinations were compared"
     if not result.errors.held_out.any():
         yield "the residual of the fit is not the accuracy of the robot: hold rows out (--holdout 0.3) to see that"
     dependent = sum(dropped.verdict == "dependent" for dropped in gauge.dropped.values())
     if dependent:
         yield f"{dependent} parameters keep their nominal values: identified ones move the target just as they do"
+
+
+def _unit(result: CalibrationResult, element: str) -> str:
+    return next(p.unit for p in result.parameters if p.name == f"{element}.transition_torque")
 
 
 def _listed(names: Sequence[str], most: int = 6) -> str:

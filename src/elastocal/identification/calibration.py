@@ -11,13 +11,31 @@ import numpy as np
 from elastocal.errors import InputError
 from elastocal.identification.advice import with_advice
 from elastocal.identification.alignment import align
+from elastocal.identification.bounds import fit_non_negative
 from elastocal.identification.gauge import Gauge, choose_gauge
 from elastocal.identification.observability import observability
 from elastocal.identification.request import requested, with_laws
 from elastocal.identification.result import CalibrationResult, RowErrors
-from elastocal.identification.solver import Normal, Solution, fit
+from elastocal.identification.solver import Normal, fit
 from elastocal.identification.statistics import Statistics, residuals, statistics
-from elastocal.identification.table import element_table, parameter_table
+from elastocal.identification.sums import misfit_of, normal_sums
+from elastocal.identification.table import Estimates, element_table, parameter_table
+from elastocal.identification.transition import (
+    GeneticSearch,
+    Problem,
+    Search,
+    Transition,
+    Trial,
+    find_torques,
+    fit_anew,
+    free_torques,
+    given_torques,
+    problem_of,
+    searched_laws,
+    transitions_of,
+    with_known_torques,
+    with_transition,
+)
 from elastocal.measurements import Measurements, concatenate, split
 from elastocal.parameters import FRAME_GROUPS, parameters_of
 from elastocal.prediction import Model
@@ -33,8 +51,11 @@ def calibrate(
     identify: Sequence[str] | None = None,
     fix: Sequence[str] = (),
     elastic: Mapping[str, str] | None = None,
+    transition: Transition = "exact",
+    non_negative: bool = False,
     seed: int = 0,
     on_step: Callable[[int, float], None] | None = None,
+    on_generation: Callable[[int, int], None] | None = None,
 ) -> CalibrationResult:
     """Identify a robot's geometry and compliance from measurements.
 
@@ -46,8 +67,12 @@ def calibrate(
         identify: patterns of parameter names; None: all geometry. Frames that are not known are always identified.
         fix: patterns of parameter names to keep as they are.
         elastic: laws by element: {"2": "linear"} for the element that joint 2 drives, {"2.alpha": ...} for any other.
-        seed: of the choice of rows to hold out.
+        transition: how the transition torques of step and hinge laws are found: "exact", "ga", a GeneticSearch, or the
+            torques [N m or N] in the order of `elastic`.
+        non_negative: whether compliances are kept from becoming negative.
+        seed: of the choice of rows to hold out, and of a genetic algorithm.
         on_step: called with the number of steps and the sum of squares after each one.
+        on_generation: called with the number of a genetic algorithm's generations done, and of all.
 
     Raises:
         InputError: names, patterns or fractions that make no sense.
@@ -56,19 +81,35 @@ def calibrate(
     began = time.perf_counter()
     fitted, rest = _divided(data, held_out, holdout, seed)
     wished, springs = with_laws(robot, elastic or {})
+    torqued = with_transition(springs, wished)
+    given = given_torques(transition, torqued)
     gauge = choose_gauge(wished, fitted, requested(wished, springs, identify, fix))
-    nominal = fit_frames(wished, fitted, gauge)
-    model = Model(nominal, gauge.kept, fitted)
-    solution = fit(model, np.zeros(len(gauge.kept)), on_step)
+    nominal = with_known_torques(fit_frames(wished, fitted, gauge), given)
+    problem = problem_of(nominal, gauge.kept, fitted, searched_laws(torqued, wished, gauge))
+    problem, search = find_torques(problem, transition, given, seed, on_generation)
+
+    def fit_all(problem: Problem) -> Trial:
+        return fit_anew(problem, on_step, given=bool(given))
+
+    trial, held = fit_non_negative(problem, fit_all) if non_negative else (fit_all(problem), ())
     settings = {
         "elastic": dict(elastic or {}),
+        "transition": _told(transition),
+        "non_negative": non_negative,
         "identify": None if identify is None else list(identify),
         "fix": list(fix),
         "holdout": holdout,
         "seed": seed,
     }
-    result = with_advice(_assess(wished, gauge, model, solution, rest, settings))
+    result = with_advice(_assess(wished, gauge, trial, held, search, rest, settings))
     return replace(result, seconds=time.perf_counter() - began)
+
+
+def _told(transition: Transition) -> object:
+    """What was asked for, as the result's settings have it."""
+    if isinstance(transition, GeneticSearch):
+        return {"method": "ga", "population": transition.population, "generations": transition.generations}
+    return transition if isinstance(transition, str) else list(transition)
 
 
 def fit_frames(robot: Robot, data: Measurements, gauge: Gauge) -> Robot:
@@ -98,48 +139,63 @@ def _divided(
 def _assess(
     wished: Robot,
     gauge: Gauge,
-    model: Model,
-    solution: Solution,
+    trial: Trial,
+    held: tuple[str, ...],
+    search: Search | None,
     rest: Measurements | None,
     settings: Mapping[str, object],
 ) -> CalibrationResult:
     """Uncertainty, residuals and verdicts of a fit."""
-    identified = _with_known_frames(model.displaced(solution.displacements), model.data)
-    normal = Normal.of(solution.sums)
-    coordinates = sum(found.count for found in solution.sums.values())
-    misfit = sum(found.misfit for found in solution.sums.values())
-    chi2 = misfit / max(coordinates - int(normal.seen.sum()), 1)
-    stated = any(found.stated for found in solution.sums.values())
-    covariance = normal.covariance * (max(chi2, 1.0) if stated else chi2)
-    table = parameter_table(wished, identified, gauge, solution.displacements, covariance, _unseen(normal, gauge))
-
-    seen = observability(solution.sums, np.array(list(gauge.effects.values())), len(model.data))
-    errors = _row_errors(model.robot, identified, model.data, rest)
+    solution, data = trial.solution, trial.model.data
+    identified = _with_known_frames(trial.model.displaced(solution.displacements), data)
+    names, sums = trial.model.names, solution.sums
+    seen = observability(sums, np.array([gauge.effects[name] for name in names]), len(data))
+    hinges = free_torques(trial, search)
+    if hinges:
+        names = (*names, *hinges)
+        extended = np.append(solution.displacements, np.zeros(len(hinges)))
+        sums = normal_sums(replace(trial.model, names=names), extended, solution.variances)
+    normal = Normal.of(sums)
+    coordinates = sum(found.count for found in sums.values())
+    chi2 = misfit_of(sums) / max(coordinates - int(normal.seen.sum()), 1)
+    stated = any(found.stated for found in sums.values())
+    estimates = Estimates(
+        names=names,
+        displacements=dict(zip(trial.model.names, solution.displacements.tolist(), strict=True)),
+        covariance=normal.covariance * (max(chi2, 1.0) if stated else chi2),
+        unseen=_unseen(normal, names),
+        held=held,
+        transitions=transitions_of(trial, search),
+    )
+    table = parameter_table(wished, identified, gauge, estimates)
+    errors = _row_errors(trial.model.robot, identified, data, rest)
     status = "converged" if solution.converged else "not_converged"
     return CalibrationResult(
         robot=identified,
-        nominal_robot=model.robot,
+        nominal_robot=trial.model.robot,
         status=status if seen.rank == seen.parameters else "not_identifiable",
         parameters=table,
-        elastic=element_table(identified, table),
+        elastic=element_table(identified, table, estimates.transitions),
         residuals=_all_statistics(errors),
         observability=seen,
         gauge=gauge,
-        covariance=covariance,
+        names=names,
+        covariance=estimates.covariance,
         coordinates=coordinates,
         model_sigma={kind: float(np.sqrt(variance)) for kind, variance in solution.variances.items()},
         chi2_reduced=chi2,
         errors=errors,
         iterations=solution.steps,
         settings=settings,
+        search=search,
     )
 
 
-def _unseen(normal: Normal, gauge: Gauge) -> dict[str, str]:
-    """The kept parameters that the data at hand do not tell."""
+def _unseen(normal: Normal, names: Sequence[str]) -> dict[str, str]:
+    """The identified parameters that the data at hand do not tell."""
     share = (normal.vectors[:, ~normal.seen] ** 2).sum(axis=1)
     reason = "the measured poses do not tell it"
-    return {name: reason for name, part in zip(gauge.kept, share, strict=True) if part > UNSEEN_SHARE}
+    return {name: reason for name, part in zip(names, share, strict=True) if part > UNSEEN_SHARE}
 
 
 UNSEEN_SHARE = 1e-3

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.chain import Array, forward, place
-from elastocal.identification.generic import generic_measurements, generic_robot, reach
+from elastocal.identification.generic import generic_measurements, generic_robot, reach, with_middle_torques
 from elastocal.identification.sums import normal_sums
 from elastocal.measurements import Measurements
 from elastocal.parameters import Group, Parameter, parameters_of
@@ -70,7 +70,7 @@ def choose_gauge(robot: Robot, data: Measurements, names: Sequence[str]) -> Gaug
         names: of the parameters asked for.
     """
     generic = generic_robot(robot)
-    model = Model(generic, tuple(names), generic_measurements(generic, data, 2 * len(names)))
+    model = with_middle_torques(Model(generic, tuple(names), generic_measurements(generic, data, 2 * len(names))))
     gram = _effects(model, reach(robot))
     norms = np.sqrt(np.diag(gram))
     parameters = parameters_of(robot)
@@ -99,7 +99,8 @@ def _likely_effect(robot: Robot, parameter: Parameter, poses: int) -> float:
     effect = np.sqrt(poses) * (size if parameter.unit.startswith("rad") else 1.0)
     if parameter.group == Group.COMPLIANCE:
         mass = robot.tool_load.mass + sum(row.mass for row in robot.rows)
-        effect *= mass * float(np.linalg.norm(robot.gravity)) * (size if parameter.unit.startswith("rad") else 1.0)
+        weight = mass * float(np.linalg.norm(robot.gravity))
+        effect *= (weight * (size if parameter.unit.startswith("rad") else 1.0)) ** parameter.power
     return effect
 
 

@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from elastocal.elasticity import CURVES
 from elastocal.measurements import Labels, Measurements
+from elastocal.prediction import Model
 from elastocal.robot import Frame, Robot
 
 
@@ -29,6 +31,16 @@ def generic_robot(robot: Robot) -> Robot:
         if not frame.known:
             frames[prefix] = Frame(tuple(xyz.tolist()), tuple(rpy.tolist()))
     return robot.with_frames(frames)
+
+
+def with_middle_torques(model: Model) -> Model:
+    """The model with every transition torque where half of the loads are on either side."""
+    middle = {}
+    for name, loads in model.undeflected_loads(np.zeros(len(model.names))).items():
+        compliance = model.robot.elastic[name]
+        if CURVES[compliance.law].transition:
+            middle[name] = replace(compliance, transition_torque=float(np.median(np.abs(loads))))
+    return replace(model, robot=replace(model.robot, elastic={**model.robot.elastic, **middle}))
 
 
 def generic_measurements(robot: Robot, data: Measurements, count: int) -> Measurements:

@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 
 from elastocal.elasticity import LAWS
 from elastocal.errors import InputError, unknown_name
-from elastocal.parameters import FRAME_GROUPS, parameters_of
+from elastocal.parameters import FRAME_GROUPS, Group, parameters_of
 from elastocal.robot import Compliance, Robot
 
 
@@ -69,6 +69,8 @@ def requested(
         else:
             matched = any(fnmatchcase(name, pattern) for pattern in identify)
             wanted = matched or (parameter.open and parameter.group in FRAME_GROUPS)
+        if parameter.group == Group.TRANSITION:
+            continue  # searched for, not stepped along
         if (wanted or name in compliances) and not any(fnmatchcase(name, pattern) for pattern in fix):
             chosen.append(name)
     return tuple(chosen)

@@ -12,6 +12,7 @@ from elastocal.chain import Array
 from elastocal.identification.gauge import Gauge
 from elastocal.identification.observability import Observability
 from elastocal.identification.statistics import Residuals, Statistics
+from elastocal.identification.transition import Search, TransitionData
 from elastocal.measurements import Measurements
 from elastocal.robot import Robot
 
@@ -40,7 +41,12 @@ class IdentifiedParameter:
 
 @dataclass(frozen=True)
 class IdentifiedElement:
-    """An elastic element after calibration: its law and coefficients, with standard deviations where identified."""
+    """An elastic element after calibration: its law and coefficients, with standard deviations where identified.
+
+    Attributes:
+        transition_torque: [N m or N], where the law has one, with `transition_std` where it was searched.
+        transition: what the data say of it; None where the law has none.
+    """
 
     element: str
     law: str
@@ -48,6 +54,8 @@ class IdentifiedElement:
     coefficients: tuple[float, ...]
     std: tuple[float | None, ...]
     verdict: str
+    transition_std: float | None = None
+    transition: TransitionData | None = None
 
 
 @dataclass(frozen=True)
@@ -80,12 +88,15 @@ class CalibrationResult:
         residuals: statistics of "nominal", "calibrated", "held_out_nominal" and "held_out" rows, the last two if any.
         observability: of the fitted poses.
         gauge: which parameters were identified, which were not and why.
-        covariance: (identified, identified) in the order of `gauge.kept`; of small rotations for frames.
+        names: the identified parameters: those that the gauge keeps, less those held at zero, and the searched
+            transition torques of hinges.
+        covariance: (names, names); of small rotations for frames.
         coordinates: how many were observed, three for a position.
         model_sigma: by kind of observation, what the model leaves unexplained, beyond the stated deviations [m or rad].
         chi2_reduced: sum of squares over degrees of freedom, with the weights used.
         errors: row by row.
         iterations, seconds: what it took.
+        search: how transition torques were found; None where there were none to find.
         settings: what was asked for.
         verdict: one sentence.
         warnings: sentences with a remedy.
@@ -100,6 +111,7 @@ class CalibrationResult:
     residuals: Mapping[str, Statistics]
     observability: Observability
     gauge: Gauge
+    names: tuple[str, ...]
     covariance: Array
     coordinates: int
     model_sigma: Mapping[str, float]
@@ -107,6 +119,7 @@ class CalibrationResult:
     errors: RowErrors
     iterations: int
     settings: Mapping[str, object]
+    search: Search | None = None
     seconds: float = 0.0
     verdict: str = ""
     warnings: tuple[str, ...] = ()

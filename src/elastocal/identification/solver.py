@@ -9,7 +9,7 @@ import numpy as np
 
 from elastocal.chain import Array
 from elastocal.errors import EquilibriumError
-from elastocal.identification.sums import FLOOR, Sums, Variances, normal_sums, reweighed
+from elastocal.identification.sums import FLOOR, Sums, Variances, misfit_of, normal_sums, reweighed
 from elastocal.measurements import KINDS
 from elastocal.prediction import Model
 
@@ -64,7 +64,11 @@ class Normal:
     @classmethod
     def of(cls, sums: Sums) -> Normal:
         """The normal equations of sums."""
-        gram = np.sum([kind.gram for kind in sums.values()], axis=0)
+        return cls.of_gram(np.sum([kind.gram for kind in sums.values()], axis=0))
+
+    @classmethod
+    def of_gram(cls, gram: Array) -> Normal:
+        """The normal equations of a whitened Jacobian's Gram matrix, the residual as its last row."""
         scale = np.sqrt(np.diag(gram)[:-1])
         scale = np.where(scale > 0.0, scale, 1.0)
         values, vectors = np.linalg.eigh(gram[:-1, :-1] / np.outer(scale, scale))
@@ -110,7 +114,7 @@ def fit(
     for _ in range(MAX_REWEIGHTINGS):
         sums = reweighed(model, displacements, sums, variances, weighed)
         variances = weighed
-        displacements, sums, taken, converged = _descend(model, displacements, sums, variances, on_step)
+        displacements, sums, taken, converged = descend(model, displacements, sums, variances, on_step)
         steps += taken
         weighed = estimate_variances(sums, variances)
         if not converged or (taken == 0 and _same_weights(sums, variances, weighed)):
@@ -118,22 +122,31 @@ def fit(
     return Solution(displacements, sums, weighed, steps, False)
 
 
-def _descend(
-    model: Model, displacements: Array, sums: Sums, variances: Variances, on_step: Callable[[int, float], None] | None
+def descend(
+    model: Model,
+    displacements: Array,
+    sums: Sums,
+    variances: Variances,
+    on_step: Callable[[int, float], None] | None = None,
+    most: int = MAX_STEPS,
 ) -> tuple[Array, Sums, int, bool]:
-    """Levenberg's and Marquardt's method on fixed weights; undamped as long as that goes down."""
-    normal, misfit, damping = Normal.of(sums), _misfit(sums), 0.0
-    for step in range(MAX_STEPS):
+    """Levenberg's and Marquardt's method on fixed weights; undamped as long as that goes down; at most `most` steps.
+
+    Returns:
+        Displacements, the sums there, how many steps were tried, and whether they came to rest.
+    """
+    normal, misfit, damping = Normal.of(sums), misfit_of(sums), 0.0
+    for step in range(most):
         if normal.gain <= max(STEP_LEFT, 1e-13 * misfit):
             return displacements, sums, step, True
         trial = displacements + normal.step(damping)
         try:
             found = normal_sums(model, trial, variances)
-            better = _misfit(found) < misfit * (1.0 + 1e-13)
+            better = misfit_of(found) < misfit * (1.0 + 1e-13)
         except EquilibriumError:
             better = False
         if better:
-            displacements, sums, normal, misfit = trial, found, Normal.of(found), _misfit(found)
+            displacements, sums, normal, misfit = trial, found, Normal.of(found), misfit_of(found)
             damping = damping / 10.0 if damping > 1e-6 else 0.0
             if on_step is not None:
                 on_step(step + 1, misfit)
@@ -141,7 +154,7 @@ def _descend(
             damping = max(10.0 * damping, 1e-3)
             if damping > 1e12:
                 return displacements, sums, step, False
-    return displacements, sums, MAX_STEPS, False
+    return displacements, sums, most, False
 
 
 def estimate_variances(sums: Sums, variances: Variances) -> Variances:
@@ -168,7 +181,3 @@ def _same_weights(sums: Sums, old: Variances, new: Variances) -> bool:
     if any(found.stated for found in sums.values()):
         return max(abs(change) for change in changes) < 0.01
     return max(changes) - min(changes) < 0.01
-
-
-def _misfit(sums: Sums) -> float:
-    return sum(found.misfit for found in sums.values())

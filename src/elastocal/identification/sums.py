@@ -48,6 +48,11 @@ class KindSums:
 Sums = Mapping[str, KindSums]
 
 
+def misfit_of(sums: Sums) -> float:
+    """Sum of residual^2 / variance over all kinds."""
+    return sum(found.misfit for found in sums.values())
+
+
 def normal_sums(model: Model, displacements: Array, variances: Variances, held: bool = False) -> Sums:
     """Sum over all data at displacements (parameters,).
 

@@ -3,45 +3,70 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from elastocal.chain import Array
-from elastocal.elasticity import LAWS
+from elastocal.elasticity import CURVES, LAWS
 from elastocal.identification.gauge import Gauge
 from elastocal.identification.result import IdentifiedElement, IdentifiedParameter
-from elastocal.parameters import FRAME_GROUPS, Group, parameters_of
-from elastocal.robot import Robot
+from elastocal.identification.transition import TransitionData
+from elastocal.parameters import FRAME_GROUPS, Group, Parameter, parameters_of
+from elastocal.robot import Compliance, Robot
 
 SIGNIFICANT = 2.0
 """A compliance smaller than this many of its standard deviations may as well be zero."""
 
 
+@dataclass(frozen=True)
+class Estimates:
+    """What a fit says of parameters.
+
+    Attributes:
+        names: of the identified ones.
+        displacements: of those that were stepped along, by name.
+        covariance: (names, names).
+        unseen: reasons for those of them that the data at hand do not tell.
+        held: compliances held at zero, which would come out negative.
+        transitions: the data on both sides of transition torques, by element.
+    """
+
+    names: tuple[str, ...]
+    displacements: Mapping[str, float]
+    covariance: Array
+    unseen: Mapping[str, str]
+    held: tuple[str, ...]
+    transitions: Mapping[str, TransitionData]
+
+
 def parameter_table(
-    nominal: Robot, identified: Robot, gauge: Gauge, displacements: Array, covariance: Array, unseen: Mapping[str, str]
+    nominal: Robot, identified: Robot, gauge: Gauge, found: Estimates
 ) -> tuple[IdentifiedParameter, ...]:
     """Every parameter of a robot.
 
     Args:
         nominal: as the user gave it, with the laws asked for.
         identified: after the fit.
-        gauge: what was identified, and what was not and why.
-        displacements: (kept,) of the kept parameters.
-        covariance: (kept, kept) of them.
-        unseen: reasons for kept parameters that the data at hand do not tell.
+        gauge: which parameters were not identified and why.
+        found: what the fit says.
     """
     after = parameters_of(identified)
-    moved = dict(zip(gauge.kept, displacements.tolist(), strict=True))
-    deviation = standard_deviations(identified, gauge.kept, covariance)
+    deviation = standard_deviations(identified, found.names, found.covariance)
     rows = []
     for name, parameter in parameters_of(nominal).items():
+        if parameter.group == Group.TRANSITION:
+            rows.append(_transition_row(parameter, identified, deviation, found))
+            continue
         if parameter.group in FRAME_GROUPS:
             value = after[name].nominal or 0.0
         else:
-            value = (parameter.nominal or 0.0) + moved.get(name, 0.0)
+            value = (parameter.nominal or 0.0) + found.displacements.get(name, 0.0)
         std, verdict, reason = None, "fixed", ""
-        if name in unseen:
-            verdict, reason = "unobservable", unseen[name]
+        if name in found.unseen:
+            verdict, reason = "unobservable", found.unseen[name]
+        elif name in found.held:
+            value, verdict, reason = 0.0, "insignificant", "it is held at zero: it would come out negative"
         elif name in deviation:
             std, verdict = deviation[name], "identified"
             if parameter.group == Group.COMPLIANCE and abs(value) < SIGNIFICANT * std:
@@ -52,17 +77,58 @@ def parameter_table(
     return tuple(rows)
 
 
-def element_table(robot: Robot, parameters: tuple[IdentifiedParameter, ...]) -> tuple[IdentifiedElement, ...]:
+def _transition_row(
+    parameter: Parameter, identified: Robot, deviation: Mapping[str, float], found: Estimates
+) -> IdentifiedParameter:
+    """A transition torque: of a step anywhere in its gap, of a hinge with the deviation of a fitted parameter."""
+    element = parameter.name.rpartition(".")[0]
+    compliance, data = identified.elastic[element], found.transitions.get(element)
+    std, verdict, reason = None, "fixed", ""
+    if data is not None and data.searched:
+        low, high = data.gap
+        std, verdict = deviation.get(parameter.name, (high - low) / np.sqrt(12.0)), "identified"
+        if not _sides_differ(element, compliance, found):
+            verdict, reason = "insignificant", "the compliances on its two sides are the same within their uncertainty"
+    torque = compliance.transition_torque or 0.0
+    return IdentifiedParameter(parameter.name, parameter.unit, parameter.nominal, torque, std, verdict, reason)
+
+
+def _sides_differ(element: str, compliance: Compliance, found: Estimates) -> bool:
+    """Whether a law's two coefficients differ by more than the uncertainty of their difference."""
+    names = [f"{element}.{key}" for key in LAWS[compliance.law].coefficients]
+    if not all(name in found.names for name in names):
+        return True
+    low, high = (found.names.index(name) for name in names)
+    c = found.covariance
+    change = compliance.coefficients[1] - compliance.coefficients[0]
+    return bool(abs(change) >= SIGNIFICANT * np.sqrt(c[low, low] + c[high, high] - 2.0 * c[low, high]))
+
+
+def element_table(
+    robot: Robot, parameters: tuple[IdentifiedParameter, ...], transitions: Mapping[str, TransitionData]
+) -> tuple[IdentifiedElement, ...]:
     """Every elastic element of an identified robot; its verdict is the best of its coefficients'."""
     ranks = ("identified", "insignificant", "dependent", "unobservable", "fixed")
     by_name = {parameter.name: parameter for parameter in parameters}
     rows = []
     for element, compliance in robot.elastic.items():
-        mine = [by_name[f"{element}.{name}"] for name in LAWS[compliance.law].coefficients]
-        verdict = min((parameter.verdict for parameter in mine), key=ranks.index)
-        coefficients, std = tuple(p.identified for p in mine), tuple(p.std for p in mine)
+        mine = [
+            by_name[name]
+            for name in (f"{element}.{key}" for key in CURVES[compliance.law].coefficients)
+            if name in by_name
+        ]
+        torque = by_name.get(f"{element}.transition_torque")
         rows.append(
-            IdentifiedElement(element, compliance.law, compliance.transition_torque, coefficients, std, verdict)
+            IdentifiedElement(
+                element=element,
+                law=compliance.law,
+                transition_torque=compliance.transition_torque,
+                coefficients=compliance.coefficients,
+                std=tuple(p.std for p in mine) or (None,) * len(compliance.coefficients),
+                verdict=min((p.verdict for p in mine), key=ranks.index, default="fixed"),
+                transition_std=torque.std if torque else None,
+                transition=transitions.get(element),
+            )
         )
     return tuple(rows)
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -45,6 +45,12 @@ class Setup:
     coefficients: list[tuple[int, int]]
     columns: NDArray[np.intp]
 
+    @property
+    def springs(self) -> tuple[str, ...]:
+        """Names of the elements that give way, in chain order."""
+        mechanism = self.assembly.mechanism
+        return tuple(mechanism.chain.elements[i].name for i in mechanism.elastic)
+
 
 class Part(NamedTuple):
     """One kind of observation in one block of rows.
@@ -71,11 +77,14 @@ class Model:
         robot: where all displacements are zero.
         names: the parameters that are displaced, in the order of `robot.displaced`.
         data: what is predicted.
+        sides: by element, loads (n,) over the data's rows that decide the sides of its law whatever the displacements;
+            for the elements that are not in it, the loads of the undeflected configuration do.
     """
 
     robot: Robot
     names: tuple[str, ...]
     data: Measurements
+    sides: Mapping[str, Array] = field(default_factory=dict)
 
     @cached_property
     def setups(self) -> tuple[Setup, ...]:
@@ -118,6 +127,15 @@ class Model:
             for rows, state in self._at_rest(setup, displacements, held):
                 yield from self._observed(setup, rows, state, derivatives, coupled=not held)
 
+    def undeflected_loads(self, displacements: Array) -> dict[str, Array]:
+        """Generalised loads [N m or N] of the undeflected configuration, (n,) over the data's rows, by element."""
+        loads: dict[str, Array] = {}
+        for setup in self.setups:
+            for rows, state in self._at_rest(setup, displacements, held=True):
+                for name, values in zip(setup.springs, state.statics.loads, strict=True):
+                    loads.setdefault(name, np.zeros(len(self.data)))[rows] = values
+        return loads
+
     def _at_rest(
         self, setup: Setup, displacements: Array, held: bool
     ) -> Iterator[tuple[NDArray[np.intp], Equilibrium]]:
@@ -134,10 +152,17 @@ class Model:
                 yield rows, at_deflections(mechanism, placement, springs, motion, none, wrench)
                 continue
             try:
-                yield rows, settle(mechanism, placement, springs, motion, wrench)
+                yield rows, settle(mechanism, placement, springs, motion, wrench, self._sides(setup, rows))
             except EquilibriumError as error:
                 row = int(rows[error.pose])
                 raise EquilibriumError(error.element, row, self.data.place(row)) from None
+
+    def _sides(self, setup: Setup, rows: NDArray[np.intp]) -> Array | None:
+        """Loads (elastic, rows) that decide the sides, NaN where those of the undeflected configuration do."""
+        if not self.sides:
+            return None
+        undecided = np.full(len(self.data), np.nan)
+        return np.array([self.sides.get(name, undecided)[rows] for name in setup.springs])
 
     def _observed(
         self, setup: Setup, rows: NDArray[np.intp], state: Equilibrium, derivatives: bool, coupled: bool

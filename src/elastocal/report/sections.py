@@ -16,7 +16,16 @@ LABELS = {
     "held_out": "calibrated, held-out",
 }
 
-DISPLAY = {"m": ("mm", 1e3), "rad": ("deg", 180.0 / math.pi), "rad/(N·m)": ("µrad/(N·m)", 1e6), "m/N": ("µm/N", 1e6)}
+DISPLAY = {
+    "m": ("mm", 1e3),
+    "rad": ("deg", 180.0 / math.pi),
+    "rad/(N·m)": ("µrad/(N·m)", 1e6),
+    "rad/(N·m)^3": ("prad/(N·m)³", 1e12),
+    "m/N": ("µm/N", 1e6),
+    "m/N^3": ("pm/N³", 1e12),
+    "N·m": ("N·m", 1.0),
+    "N": ("N", 1.0),
+}
 """Units that people read, and their factors from SI."""
 
 STIFFNESS = {"rad/(N·m)": ("kN·m/rad", 1e-3), "m/N": ("N/µm", 1e-6)}
@@ -46,7 +55,7 @@ def error_section(title: str, found: Mapping[str, Statistics], verdict: str) -> 
 
 def parameter_section(result: CalibrationResult) -> Section:
     """What was identified, with standard deviations; what was not, counted."""
-    shown = [p for p in result.parameters if p.std is not None and not p.unit.startswith(("rad/", "m/"))]
+    shown = [p for p in result.parameters if p.std is not None and not _elastic(p)]
     rows = []
     for p in shown:
         unit, scale = DISPLAY[p.unit]
@@ -61,6 +70,11 @@ def parameter_section(result: CalibrationResult) -> Section:
     )
 
 
+def _elastic(p: IdentifiedParameter) -> bool:
+    """Whether it belongs to a law of compliance."""
+    return p.unit.startswith(("rad/", "m/", "N"))
+
+
 def _not_identified(parameters: Sequence[IdentifiedParameter]) -> list[str]:
     counted = []
     for verdict in ("dependent", "unobservable", "fixed"):
@@ -72,16 +86,30 @@ def _not_identified(parameters: Sequence[IdentifiedParameter]) -> list[str]:
 
 
 def elastic_section(result: CalibrationResult) -> Section:
-    """Compliance and stiffness of each elastic element."""
+    """Compliance and stiffness of each elastic element, and how its transition torque was found."""
     rows = [row for element in result.elastic for row in _elastic_rows(element, result)]
     header = ("compliance", "unit", "identified", "±", "stiffness", "verdict")
-    return Section("Compliance", header, tuple(rows))
+    return Section("Compliance", header, tuple(rows), tuple(_how_found(result)))
+
+
+def _how_found(result: CalibrationResult) -> list[str]:
+    """How transition torques were found."""
+    search = result.search
+    if search is None or search.method == "given":
+        return []
+    if search.method == "exact":
+        compared = "all combinations compared" if search.proven else "best found by exchange"
+        return [f"Transition torques: exact search, {compared}, {1e3 * search.seconds:.0f} ms."]
+    return [
+        f"Transition torques: genetic algorithm, {search.fits} fits in {len(search.history)} generations, "
+        f"{search.seconds:.1f} s."
+    ]
 
 
 def _elastic_rows(element: IdentifiedElement, result: CalibrationResult) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for p in result.parameters:
-        if p.name.rpartition(".")[0] != element.element or not p.unit.startswith(("rad/", "m/")):
+        if p.name.rpartition(".")[0] != element.element or not _elastic(p):
             continue
         unit, scale = DISPLAY.get(p.unit, (p.unit, 1.0))
         value, spread = (
@@ -91,7 +119,8 @@ def _elastic_rows(element: IdentifiedElement, result: CalibrationResult) -> list
         )
         told = p.identified != 0.0 and p.verdict in ("identified", "fixed") and p.unit in STIFFNESS
         stiffness = f"{STIFFNESS[p.unit][1] / p.identified:.3g} {STIFFNESS[p.unit][0]}" if told else ""
-        rows.append((p.name, unit, value, spread, stiffness, p.verdict))
+        name = p.name.replace(".transition_torque", " torque")  # else the column would be too wide
+        rows.append((name, unit, value, spread, stiffness, p.verdict))
     return rows
 
 
