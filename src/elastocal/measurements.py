@@ -214,3 +214,14 @@ def split(data: Measurements, fraction: float, seed: int) -> tuple[NDArray[np.in
     held_poses[order[: np.searchsorted(np.cumsum(sizes), fraction * len(data), side="left") + 1]] = True
     held = held_poses[pose]
     return np.flatnonzero(~held), np.flatnonzero(held)
+
+
+def folded(data: Measurements, folds: int, seed: int) -> NDArray[np.intp]:
+    """A number from 0 to folds - 1 for each row: parts of about equal size; the rows of one pose stay together."""
+    pose = repeats(data)
+    count = pose.max(initial=-1) + 1
+    order = np.random.default_rng(seed).permutation(count)
+    ends = np.cumsum(np.bincount(pose, minlength=count)[order])
+    part = np.empty(count, dtype=int)
+    part[order] = np.minimum((ends - 1) * folds // max(len(data), 1), folds - 1)
+    return part[pose]

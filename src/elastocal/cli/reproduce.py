@@ -10,16 +10,16 @@ from cyclopts.validators import Number
 
 from elastocal.cli.options import Json, Output, Seed
 
-AtLeastTwo = Annotated[int | None, Parameter(validator=Number(gte=2))]
-AtLeastOne = Annotated[int | None, Parameter(validator=Number(gte=1))]
+AtLeastTwo = Annotated[int, Parameter(validator=Number(gte=2))]
+AtLeastOne = Annotated[int, Parameter(validator=Number(gte=1))]
 
 
 def reproduce(
     *cases: str,
     non_negative: Annotated[bool, Parameter(negative=())] = False,
-    population: AtLeastTwo = None,
-    generations: AtLeastOne = None,
-    seed: Seed | None = None,
+    population: AtLeastTwo = 30,
+    generations: AtLeastOne = 20,
+    seed: Seed = 0,
     output: Output = None,
     json: Json = False,
 ) -> int:
@@ -32,8 +32,8 @@ def reproduce(
         cases: A-1, a-1 … a-5, B-1, b-1, b-2 (A-1 and a-1 are two cases; the dash may be left out), stiffness for all of
             them; rigid, linear, step-ga, step-exact, hinge of the HA006, nonlinear for all of these. All if left out.
         non_negative: Keep compliances from going below zero.
-        population: Of the genetic algorithm.
-        generations: Of the genetic algorithm.
+        population: Of the genetic algorithm: combinations of transition torques in a generation.
+        generations: Of the genetic algorithm: how many.
         seed: Of the simulated HA006, its poses and noise, and of the genetic algorithm.
         output: Folder for the robots and measurements as files, to calibrate from them yourself.
         json: Print all figures (SI) and nothing else on standard output.
@@ -42,18 +42,18 @@ def reproduce(
 
     from elastocal.cli.main import DONE, FAILED
     from elastocal.cli.show import progress, show
+    from elastocal.identification import GeneticSearch
     from elastocal.io import require_writable, write_files
     from elastocal.report.reproduction import reproduction_sections
-    from elastocal.reproduction import SEED, Genetic, figures, select
+    from elastocal.reproduction import figures, select
     from elastocal.reproduction import reproduce as run
 
     selection = select(cases)
-    seed = SEED if seed is None else seed
     files = {} if output is None else _files(seed)
     if output is not None:
         require_writable(output, files)
     with progress("reproducing"):
-        found = run(selection, non_negative=non_negative, genetic=Genetic(population, generations), seed=seed)
+        found = run(selection, non_negative=non_negative, genetic=GeneticSearch(population, generations), seed=seed)
     if output is not None:
         write_files(output, files)
         print(f"{output}: {', '.join(files)}", file=sys.stderr)

@@ -4,7 +4,7 @@ from elastocal.identification.calibration import calibrate, fit_frames
 from elastocal.identification.gauge import Gauge, choose_gauge
 from elastocal.identification.observability import Observability
 from elastocal.identification.result import CalibrationResult, IdentifiedElement, IdentifiedParameter
-from elastocal.identification.statistics import Residuals, Statistics, residuals, statistics
+from elastocal.identification.statistics import Residuals, Statistics, residuals, statistics, statistics_of
 from elastocal.identification.transition import GeneticSearch, Search
 
 __all__ = [
@@ -22,4 +22,5 @@ __all__ = [
     "fit_frames",
     "residuals",
     "statistics",
+    "statistics_of",
 ]

@@ -20,6 +20,7 @@ from elastocal.identification.solver import Normal, fit
 from elastocal.identification.statistics import Statistics, residuals, statistics
 from elastocal.identification.sums import misfit_of, normal_sums
 from elastocal.identification.table import Estimates, element_table, parameter_table
+from elastocal.identification.threads import one_thread
 from elastocal.identification.transition import (
     GeneticSearch,
     Problem,
@@ -42,6 +43,7 @@ from elastocal.prediction import Model
 from elastocal.robot import Robot
 
 
+@one_thread
 def calibrate(
     robot: Robot,
     data: Measurements,

@@ -68,11 +68,12 @@ def residuals(robot: Robot, data: Measurements) -> Residuals:
 def statistics(residuals: Residuals, rows: NDArray[np.bool_] | None = None) -> Statistics:
     """Mean, largest, root mean square and standard deviation of the rows' distances, and of their angles."""
     chosen = np.ones(residuals.n, dtype=bool) if rows is None else rows
-    angle = None if residuals.angles is None else _of(residuals.angles[chosen])
-    return _of(residuals.norms[chosen], angle if angle and angle.n else None)
+    angle = None if residuals.angles is None else statistics_of(residuals.angles[chosen])
+    return statistics_of(residuals.norms[chosen], angle if angle and angle.n else None)
 
 
-def _of(values: Array, angle: Statistics | None = None) -> Statistics:
+def statistics_of(values: Array, angle: Statistics | None = None) -> Statistics:
+    """Statistics of distances or angles (n,), NaN left out."""
     values = values[np.isfinite(values)]
     if not len(values):
         return Statistics(0, 0.0, 0.0, 0.0, 0.0, angle)

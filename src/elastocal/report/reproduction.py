@@ -21,6 +21,9 @@ from elastocal.reproduction.stiffness_analysis import CaseRun
 PRINTED_UNITS = {"rad": 1.0, "m": 1.0, "deg": 180.0 / pi}
 """Units of the papers' tables, and their factors from SI."""
 
+TINY = 1e-5
+"""Standard deviations smaller than this number are printed with an exponent."""
+
 LABELS = {
     "rigid": "rigid",
     "linear": "linear",
@@ -59,8 +62,8 @@ def _cases_section(runs: Sequence[CaseRun]) -> Section:
         ("case", "actual", "model", "mean, paper", "ours", "ratio", "max, paper", "ours"),
         tuple(rows),
         (
-            "actual, model: the joints that give way in each. The poses are not the paper's: errors agree about, and "
-            "parameters as far as both are right.",
+            "actual, model: the joints that give way in each. Poses, masses and stiffnesses are ours, so that errors "
+            "agree only roughly.",
             *(sentence for run in runs if (sentence := _EXPLANATIONS.get(run.case.name))),
         ),
     )
@@ -103,7 +106,7 @@ def parameter_section(title: str, rows: Sequence[ParameterRow], sentences: Seque
     for row in rows:
         scale = PRINTED_UNITS[row.unit]
         paper = (_plain(row.paper, scale),) if printed else ()
-        ours, spread = _with_spread(row, scale)
+        ours, spread = _with_spread(row.ours, row.std, scale)
         cells.append((row.name, row.unit, _plain(row.nominal, scale), _plain(row.actual, scale), *paper, ours, spread))
     verdicts = [row.verdict for row in rows]
     if set(verdicts) == {"identified"}:
@@ -118,18 +121,20 @@ def _plain(value: float | None, scale: float) -> str:
     return text if text != "-0" else "0"
 
 
-def _with_spread(row: ParameterRow, scale: float) -> tuple[str, str]:
-    if row.std is None:
-        return _plain(row.ours, scale), ""
-    return with_deviation(row.ours * scale, row.std * scale)
+def _with_spread(value: float, std: float | None, scale: float) -> tuple[str, str]:
+    """A value and its standard deviation, this one with an exponent where it is tiny."""
+    if std is None:
+        return _plain(value, scale), ""
+    shown, spread = with_deviation(value * scale, std * scale)
+    return shown, spread if std * scale > TINY else f"{std * scale:.1e}"
 
 
 def _stiffness_section(run: CaseRun) -> Section:
     rows = []
     for row in run.stiffness:
-        compliance, spread = with_deviation(1e6 * row.compliance, 1e6 * (row.std or 0.0))
-        actual = "rigid" if row.actual is None else _million(row.actual)
-        rows.append((row.joint, actual, _million(row.paper), _million(row.ours), compliance, spread, row.verdict))
+        compliance, spread = _with_spread(row.compliance, row.std, 1e6)
+        actual, ours = (_million(value) or "rigid" for value in (row.actual, row.ours))
+        rows.append((row.joint, actual, _million(row.paper), ours, compliance, spread, row.verdict))
     return Section(
         f"{run.case.name}: stiffness [10⁶ N·m/rad], compliance c [µrad/(N·m)]",
         ("joint", "actual", "paper", "ours", "c", "±", "verdict"),
@@ -145,7 +150,9 @@ def _million(stiffness: float | None) -> str:
 def _physical_sense(run: CaseRun) -> Iterable[str]:
     """What a huge or negative stiffness means, and what the calibration has to say on compliances."""
     yield from _on_compliance(run.result)
-    senseless = [row.joint for row in run.stiffness if row.verdict == "insignificant" and row.actual is None]
+    senseless = [
+        row.joint for row in run.stiffness if row.verdict == "insignificant" and row.actual is None and row.std
+    ]
     if senseless:
         yield (
             f"The stiffness of joints {', '.join(senseless)} is no quantity here: it is the inverse of a compliance "
@@ -176,7 +183,8 @@ def _ladder_sections(ladder: Ladder) -> list[Section]:
     laws = [row for run in ladder.runs for row in _law_rows(run)]
     if laws:
         header = ("model", "joint", "transition", "below", "above", "verdict")
-        sections.append(Section(f"{title}: transition torque [N·m], stiffness [10⁵ N·m/rad]", header, tuple(laws)))
+        sentences = tuple(sentence for run in ladder.runs for sentence in _on_search(run))
+        sections.append(Section(f"{title}: torque [N·m], stiffness [10⁵ N·m/rad]", header, tuple(laws), sentences))
     shown = next((run for run in ladder.runs if run.rung.name == "step-exact"), ladder.runs[-1])
     rows = parameter_rows(ladder.experiment, shown)
     name = f"{title}: parameters, {LABELS[shown.rung.name]}"
@@ -208,6 +216,15 @@ def _law_rows(run: RungRun) -> list[tuple[str, ...]]:
         joint = element.element.partition(".")[0]
         rows.append((LABELS[run.rung.name], joint, torque, stiffness[0], above, element.verdict))
     return rows
+
+
+def _on_search(run: RungRun) -> Iterable[str]:
+    """How transition torques were found, and what the calibration warns of."""
+    label, search = LABELS[run.rung.name], run.result.search
+    if search is not None:
+        proven = ", all combinations compared" if search.proven else ""
+        yield f"{label[0].upper()}{label[1:]}: {search.fits} full fits{proven}."
+    yield from (f"{label[0].upper()}{label[1:]}: {warning}." for warning in run.result.warnings)
 
 
 def _gauge_sentences(run: RungRun) -> list[str]:

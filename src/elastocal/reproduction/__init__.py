@@ -2,20 +2,20 @@
 
 from elastocal.reproduction.figures import figures
 from elastocal.reproduction.ha006 import SEED
-from elastocal.reproduction.nonlinear_stiffness import RUNGS, Genetic, Ladder, Rung, RungRun
+from elastocal.reproduction.nonlinear_stiffness import GENETIC, RUNGS, Ladder, Rung, RungRun
 from elastocal.reproduction.selection import Reproduction, Selection, reproduce, select
 from elastocal.reproduction.stiffness_analysis import CASES, Case, CaseRun
 from elastocal.reproduction.values import Chosen, Figures, Paper, ParameterRow, Slip, StiffnessRow
 
 __all__ = [
     "CASES",
+    "GENETIC",
     "RUNGS",
     "SEED",
     "Case",
     "CaseRun",
     "Chosen",
     "Figures",
-    "Genetic",
     "Ladder",
     "Paper",
     "ParameterRow",

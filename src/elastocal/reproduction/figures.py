@@ -32,6 +32,7 @@ def figures(reproduction: Reproduction) -> dict[str, Any]:
         papers.append(ha006.PAPER)
         found[papers[-1].key] = _ladder(reproduction.ladder)
     return found | {
+        "seed": reproduction.seed,
         "chosen": {paper.key: [asdict(chosen) for chosen in paper.chosen] for paper in papers},
         "slips": {paper.key: [asdict(slip) for slip in paper.slips] for paper in papers},
     }
@@ -55,15 +56,18 @@ def _ladder(ladder: Ladder) -> dict[str, Any]:
 
 
 def _rung(ladder: Ladder, run: RungRun) -> dict[str, Any]:
-    paper = {"calibrated": asdict(CALIBRATED), "evaluated": asdict(EVALUATED)} if run.rung.printed else None
-    return {
+    search = run.result.search
+    found = {
         "calibrated": asdict(run.calibrated),
         "evaluated": asdict(run.evaluated),
-        "paper": paper,
         **_outcome(run.result),
         "elastic": [asdict(element) for element in run.result.elastic],
+        "search": None if search is None else {"method": search.method, "proven": search.proven, "fits": search.fits},
         "parameters": _parameters(parameter_rows(ladder.experiment, run)),
     }
+    if run.rung.printed:
+        found["paper"] = {"calibrated": asdict(CALIBRATED), "evaluated": asdict(EVALUATED)}
+    return found
 
 
 def _outcome(result: CalibrationResult) -> dict[str, Any]:

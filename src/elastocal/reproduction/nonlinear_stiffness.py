@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from elastocal.identification import CalibrationResult, GeneticSearch, calibrate
@@ -51,18 +50,7 @@ RUNGS = (
 )
 
 
-@dataclass(frozen=True)
-class Genetic:
-    """Settings of the genetic algorithm; None: as `calibrate` has them."""
-
-    population: int | None = None
-    generations: int | None = None
-
-    @property
-    def search(self) -> GeneticSearch:
-        """As `calibrate` takes them."""
-        given: Mapping[str, int | None] = {"population": self.population, "generations": self.generations}
-        return GeneticSearch(**{name: value for name, value in given.items() if value is not None})
+GENETIC = GeneticSearch(population=30, generations=20)
 
 
 @dataclass(frozen=True)
@@ -96,7 +84,7 @@ def run_ladder(
     rungs: tuple[Rung, ...] = RUNGS,
     *,
     non_negative: bool = False,
-    genetic: Genetic | None = None,
+    genetic: GeneticSearch = GENETIC,
     seed: int = 0,
 ) -> Ladder:
     """Calibrate the nominal HA006 on the 45 poses with each model, and evaluate it on the 95.
@@ -108,7 +96,6 @@ def run_ladder(
         genetic: settings of the genetic algorithm.
         seed: of the genetic algorithm.
     """
-    search = (genetic or Genetic()).search
     runs = []
     for rung in rungs:
         result = calibrate(
@@ -116,7 +103,7 @@ def run_ladder(
             experiment.calibration,
             identify=identified_names(),
             elastic=rung.laws,
-            transition=search if rung.transition == "ga" else rung.transition,
+            transition=genetic if rung.transition == "ga" else rung.transition,
             non_negative=non_negative,
             seed=seed,
         )

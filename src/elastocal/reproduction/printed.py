@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
@@ -105,6 +105,6 @@ def differing(one: Cells, other: Cells) -> tuple[str, ...]:
     return tuple(name for name, cell in one.items() if cell.value != other[name].value)
 
 
-def unmarked(cells: Cells, names: Iterable[str] | None = None) -> tuple[str, ...]:
+def unmarked(cells: Cells) -> tuple[str, ...]:
     """Names of the parameters without a mark."""
-    return tuple(name for name in (cells if names is None else names) if not cells[name].mark)
+    return tuple(name for name, cell in cells.items() if not cell.mark)

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from elastocal.errors import InputError, unknown_name
+from elastocal.identification import GeneticSearch
 from elastocal.reproduction.ha006 import SEED, experiment
-from elastocal.reproduction.nonlinear_stiffness import RUNGS, Genetic, Ladder, Rung, run_ladder
+from elastocal.reproduction.nonlinear_stiffness import GENETIC, RUNGS, Ladder, Rung, run_ladder
 from elastocal.reproduction.stiffness_analysis import CASES, Case, CaseRun, run_case
 
 GROUPS = {
@@ -29,10 +30,11 @@ class Selection:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """What was reproduced; `ladder` is None where nothing of its paper was asked for."""
+    """What was reproduced, with which seed; `ladder` is None where nothing of its paper was asked for."""
 
     cases: tuple[CaseRun, ...]
     ladder: Ladder | None
+    seed: int
 
     @property
     def converged(self) -> bool:
@@ -75,7 +77,7 @@ def reproduce(
     selection: Selection | None = None,
     *,
     non_negative: bool = False,
-    genetic: Genetic | None = None,
+    genetic: GeneticSearch = GENETIC,
     seed: int = SEED,
 ) -> Reproduction:
     """Simulate and calibrate what is selected; nothing is stored but the inputs.
@@ -89,6 +91,6 @@ def reproduce(
     selection = selection or Selection()
     cases = tuple(run_case(case, non_negative) for case in selection.cases)
     if not selection.rungs:
-        return Reproduction(cases, None)
+        return Reproduction(cases, None, seed)
     ladder = run_ladder(experiment(seed), selection.rungs, non_negative=non_negative, genetic=genetic, seed=seed)
-    return Reproduction(cases, ladder)
+    return Reproduction(cases, ladder, seed)

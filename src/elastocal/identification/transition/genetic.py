@@ -79,17 +79,13 @@ def search_genetically(
         seed=seed,
         callback=record,
     )
-    best = polished(problem, fit_at(problem, _torques(problem, result.X)))
+    best = polished(problem, fit_at(problem, problem.torques_of(result.X)))
     history = [float(np.sqrt(misfit / problem.misfit)) for misfit in history]
     return best, Search("ga", False, fits, tuple(history), time.perf_counter() - began)
 
 
-def _torques(problem: Problem, combination: Any) -> dict[str, float]:
-    return {e: float(grid.torques[int(i)]) for (e, grid), i in zip(problem.grids.items(), combination, strict=True)}
-
-
 def _misfit(problem: Problem, combination: Any) -> float:
     try:
-        return fit_at(problem, _torques(problem, combination)).misfit
+        return fit_at(problem, problem.torques_of(combination)).misfit
     except EquilibriumError:
         return float("inf")

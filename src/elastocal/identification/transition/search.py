@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from elastocal.errors import EquilibriumError
 from elastocal.identification.solver import fit
 from elastocal.identification.sums import misfit_of, normal_sums
 from elastocal.identification.transition.candidates import best_combinations
@@ -25,10 +26,11 @@ WORTH = 1.05
 
 MAX_ROUNDS = 5
 
-WORTHLESS = 1e-6
+WORTHLESS = 1e-4
 """A misfit that is lower by less than this share is no better."""
 
-ZOOMS = 3
+ZOOMS = 2
+"""How often the neighbourhood of a torque is looked at more closely."""
 
 
 @dataclass(frozen=True)
@@ -84,21 +86,22 @@ def problem_of(robot: Robot, names: tuple[str, ...], data: Measurements, laws: M
 def search_exactly(problem: Problem, seed: int = 0) -> tuple[Trial, Search]:
     """The combination of transition torques that fits best.
 
-    All combinations are compared to first order about the last fit, the best few fitted, and so on from the best of
-    these until nothing improves.
+    All combinations are compared to first order about the fit with linear laws, and the best few fitted; then about the
+    best of these, and so on until nothing improves.
 
     Args:
         problem: at the fit with linear laws.
         seed: of the starts, where there are more than two elements.
 
     Raises:
-        EquilibriumError: the robot does not settle with the best combination.
+        EquilibriumError: the robot does not settle with the best combinations.
     """
     began = time.perf_counter()
-    trials = _best_trials(problem, seed, BEST)
+    trials = _first_trials(problem, seed)
     best = min(trials, key=_misfit)
     for _ in range(MAX_ROUNDS):
-        found = _best_trials(problem.after(best), seed, 1)[0]
+        around = problem.after(best)
+        found = fit_at(around, _closer(around, best_combinations(_profile(around), 1, seed)[0]))
         trials.append(found)
         if found.misfit > best.misfit * (1.0 - WORTHLESS):
             break
@@ -111,15 +114,21 @@ def _misfit(trial: Trial) -> float:
     return trial.misfit
 
 
-def _best_trials(problem: Problem, seed: int, most: int) -> list[Trial]:
+def _first_trials(problem: Problem, seed: int) -> list[Trial]:
     """The best combinations by their profile about the last fit, fitted; those that cannot become the best are not."""
     profile = _profile(problem)
     trials: list[Trial] = []
-    for combination in best_combinations(profile, most, seed):
+    failure = None
+    for combination in best_combinations(profile, BEST, seed):
         expected = float(profile.misfits(np.array([combination]))[0])
-        if trials and expected > WORTH * trials[0].misfit:
+        if trials and expected > WORTH * min(map(_misfit, trials)):
             break
-        trials.append(fit_at(problem, _closer(problem, combination)))
+        try:
+            trials.append(fit_at(problem, problem.torques_of(combination)))
+        except EquilibriumError as error:
+            failure = error
+    if failure and not trials:
+        raise failure
     return trials
 
 
@@ -131,7 +140,7 @@ def _closer(problem: Problem, combination: Sequence[int]) -> dict[str, float]:
             break
         problem = replace(problem, grids=grids)
         combination = best_combinations(_profile(problem), 1)[0]
-    return {e: float(grid.torques[i]) for (e, grid), i in zip(problem.grids.items(), combination, strict=True)}
+    return problem.torques_of(combination)
 
 
 def _profile(problem: Problem) -> Profile:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,6 +60,10 @@ class Problem:
         steps = [e for e, found in elastic.items() if found.law == STEP.name and e in self.loads]
         robot = replace(self.robot, elastic=elastic)
         return Model(robot, self.names, self.data, {element: self.loads[element] for element in steps})
+
+    def torques_of(self, combination: Iterable[int]) -> dict[str, float]:
+        """The transition torques by element, from their numbers in the grids."""
+        return {e: float(grid.torques[int(i)]) for (e, grid), i in zip(self.grids.items(), combination, strict=True)}
 
     def after(self, trial: Trial) -> Problem:
         """The problem with a trial as the fit that the next one starts from."""
@@ -127,13 +131,14 @@ def _with_its_own_sides(
         model = problem.model(torques)
         return Trial(model, solve(model, problem.start), torques, {}, {})
     for _ in range(MAX_PASSES):
-        solution = solve(problem.model(torques), problem.start)
-        loads = problem.model(torques).undeflected_loads(solution.displacements)
+        model = problem.model(torques)
+        solution = solve(model, problem.start)
+        loads = model.undeflected_loads(solution.displacements)
         steps = [element for element, law in problem.laws.items() if law == STEP.name]
         gaps = {element: _gap(problem.loads[element], loads[element], torques[element]) for element in steps}
         fitted = dict(torques) if given else {**torques, **{e: 0.5 * (low + up) for e, (low, up) in gaps.items()}}
         same = all(_same_sides(problem.loads[e], torques[e], loads[e], fitted[e]) for e in steps)
-        trial = Trial(problem.model(torques), solution, fitted, gaps, loads)
+        trial = Trial(model, solution, fitted, gaps, loads)
         problem, torques = problem.after(trial), fitted
         if same:
             break
