@@ -1,7 +1,7 @@
 """Does the search find the transition torques? `python studies/transition_recovery.py`.
 
-Twenty simulated 1.45 m arms, whose joints 2 and 3 are 2.5 times stiffer above 250-450 and 60-120 N m, by a step and by a
-hinge: 60 poses of one target, 0.03 mm noise per axis, base and tool unknown. Held-out errors are those of 500 more
+Twenty simulated 1.45 m arms, whose joints 2 and 3 are 2.5 times stiffer above 250-450 and 60-120 N m, by a step and by
+a hinge: 60 poses of one target, 0.03 mm noise per axis, base and tool unknown. Held-out errors are those of 500 more
 poses, against a fit of the true structure with the true transition torques; for the step, of the poses whose loads lie
 outside the data's gaps. The last result is in transition_recovery.txt.
 """
@@ -103,8 +103,8 @@ def report(law: str) -> list[str]:
         )
     ratios = [o.ratio for o in found]
     lines.append(
-        f"same sides in {sum(o.same_sides for o in found)} of {SEEDS}; held-out ratio mean {np.mean(ratios):.3f}, worst "
-        f"{max(ratios):.3f}; search at most {1e3 * max(o.search_seconds for o in found):.0f} ms\n"
+        f"same sides in {sum(o.same_sides for o in found)} of {SEEDS}; held-out ratio mean {np.mean(ratios):.3f}, "
+        f"worst {max(ratios):.3f}; search at most {1e3 * max(o.search_seconds for o in found):.0f} ms\n"
     )
     return lines
 

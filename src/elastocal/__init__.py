@@ -6,10 +6,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from elastocal.comparison import Comparison as Comparison
+    from elastocal.comparison import compare as compare
+    from elastocal.cross_validation import cross_validate as cross_validate
     from elastocal.errors import ElastocalError as ElastocalError
     from elastocal.errors import EquilibriumError as EquilibriumError
     from elastocal.errors import InputError as InputError
     from elastocal.identification import CalibrationResult as CalibrationResult
+    from elastocal.identification import GeneticSearch as GeneticSearch
     from elastocal.identification import calibrate as calibrate
     from elastocal.io import load_measurements as load_measurements
     from elastocal.io import load_robot as load_robot
@@ -25,8 +29,10 @@ if TYPE_CHECKING:
     from elastocal.validation import validate as validate
 
 _HOMES = {
+    "comparison": ("Comparison", "compare"),
+    "cross_validation": ("cross_validate",),
     "errors": ("ElastocalError", "EquilibriumError", "InputError"),
-    "identification": ("CalibrationResult", "calibrate"),
+    "identification": ("CalibrationResult", "GeneticSearch", "calibrate"),
     "io": ("load_measurements", "load_robot", "save_measurements", "save_result", "save_robot"),
     "measurements": ("Measurements",),
     "prediction": ("predict",),

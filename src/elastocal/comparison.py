@@ -206,13 +206,13 @@ def _concluded(robot: Robot, elements: tuple[str, ...], models: tuple[ComparedMo
 def _verdict(best: ComparedModel, sound: Sequence[ComparedModel], elements: str) -> str:
     others = [m for m in sound if m is not best]
     second = min(others, key=lambda m: m.criterion, default=None)
-    margin = "" if second is None else f", {second.criterion - best.criterion:.3g} better than {second.name}"
+    margin = "" if second is None else f" (criterion {second.criterion - best.criterion:.3g} below {second.name}'s)"
     error = best.cross_validated or best.residual
     figure = "" if error is None else f" and leaves {1e3 * error.mean:.3g} mm mean"
     seen = " on unseen poses" if best.cross_validated else ""
     if best.name == "rigid":
-        return f"Recommended: rigid; the data show no compliance of {elements} (criterion{margin}){figure}{seen}."
-    return f"Recommended: {best.name} on {elements}; it explains more than it costs (criterion{margin}){figure}{seen}."
+        return f"Recommended: rigid; the data show no compliance of {elements}{margin}{figure}{seen}."
+    return f"Recommended: {best.name} on {elements}; it explains more than it costs{margin}{figure}{seen}."
 
 
 CLEARLY = 0.9

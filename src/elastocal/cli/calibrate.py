@@ -99,7 +99,7 @@ def calibrate(
             non_negative=non_negative,
             seed=seed,
             on_step=calls.on_step,
-            on_generation=calls.on_generation,
+            on_generation=calls.on_part,
         )
     files = {"robot": str(robot), "data": [*map(str, data)], "held_out": [*map(str, held_out or ())]}
     result = replace(result, settings={**files, **result.settings})

@@ -18,6 +18,10 @@ COMMANDS = {
         "Identify a robot's geometry and compliance from measurements.",
         "elastocal calibrate robot.toml tracker.csv --elastic 2,3 --holdout 0.3 -o result",
     ),
+    "compare": (
+        "Rigid, linear, step, hinge and cubic joints side by side on the same data, and which to believe.",
+        "elastocal compare robot.toml tracker.csv --elastic 2,3",
+    ),
     "validate": (
         "Errors of a robot, nominal or calibrated, on measurements it was not fitted to.",
         "elastocal validate result/robot.toml tracker2.csv --refit base",

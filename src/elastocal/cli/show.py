@@ -25,15 +25,15 @@ def show(sections: Sequence[Section]) -> None:
 
 
 class Calls(NamedTuple):
-    """What a calibration calls on its way: after each step, and after each generation of a genetic algorithm."""
+    """What to call on the way: after each step of a fit, and after each part of all that is to be done."""
 
     on_step: Callable[[int, float], None] | None = None
-    on_generation: Callable[[int, int], None] | None = None
+    on_part: Callable[[int, int], None] | None = None
 
 
 @contextmanager
 def progress(title: str) -> Iterator[Calls]:
-    """Progress on standard error while a fit runs, if that is a terminal: steps told, generations as a bar."""
+    """Progress on standard error while a fit runs, if that is a terminal: steps told, parts as a bar."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield Calls()
@@ -45,7 +45,7 @@ def progress(title: str) -> Iterator[Calls]:
         def on_step(step: int, misfit: float) -> None:
             shown.update(task, description=f"{title}: step {step}, sum of squares {misfit:.6g}", total=None)
 
-        def on_generation(done: int, total: int) -> None:
-            shown.update(task, description=f"{title}: generation {done} of {total}", completed=done, total=total)
+        def on_part(done: int, total: int) -> None:
+            shown.update(task, description=f"{title}: {done} of {total}", completed=done, total=total)
 
-        yield Calls(on_step, on_generation)
+        yield Calls(on_step, on_part)

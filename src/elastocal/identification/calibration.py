@@ -103,7 +103,7 @@ def calibrate(
         "holdout": holdout,
         "seed": seed,
     }
-    result = with_advice(_assess(wished, gauge, trial, held, search, rest, settings))
+    result = with_advice(_assess(wished, gauge, problem, trial, held, search, rest, settings))
     return replace(result, seconds=time.perf_counter() - began)
 
 
@@ -141,6 +141,7 @@ def _divided(
 def _assess(
     wished: Robot,
     gauge: Gauge,
+    problem: Problem,
     trial: Trial,
     held: tuple[str, ...],
     search: Search | None,
@@ -167,7 +168,7 @@ def _assess(
         covariance=normal.covariance * (max(chi2, 1.0) if stated else chi2),
         unseen=_unseen(normal, names),
         held=held,
-        transitions=transitions_of(trial, search),
+        transitions=transitions_of(problem, trial, search),
     )
     table = parameter_table(wished, identified, gauge, estimates)
     errors = _row_errors(trial.model.robot, identified, data, rest)

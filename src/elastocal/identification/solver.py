@@ -31,7 +31,7 @@ class Solution:
 
     Attributes:
         displacements: (parameters,) from the model's robot.
-        sums: of the data there, weighed by the stated variances and model variances within 1 % of `variances`.
+        sums: of the data there, weighed by the stated variances and `variances`.
         variances: the model variances that the residuals ask for.
         steps: how many were tried.
         converged: whether steps and weights came to rest.
@@ -118,8 +118,10 @@ def fit(
         steps += taken
         weighed = estimate_variances(sums, variances)
         if not converged or (taken == 0 and _same_weights(sums, variances, weighed)):
-            return Solution(displacements, sums, weighed, steps, converged)
-    return Solution(displacements, sums, weighed, steps, False)
+            break
+    else:
+        converged = False
+    return Solution(displacements, reweighed(model, displacements, sums, variances, weighed), weighed, steps, converged)
 
 
 def descend(

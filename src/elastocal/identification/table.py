@@ -80,13 +80,12 @@ def parameter_table(
 def _transition_row(
     parameter: Parameter, identified: Robot, deviation: Mapping[str, float], found: Estimates
 ) -> IdentifiedParameter:
-    """A transition torque: of a step anywhere in its gap, of a hinge with the deviation of a fitted parameter."""
+    """A transition torque: of a step as the misfit around it tells, of a hinge with a fitted parameter's deviation."""
     element = parameter.name.rpartition(".")[0]
     compliance, data = identified.elastic[element], found.transitions.get(element)
     std, verdict, reason = None, "fixed", ""
     if data is not None and data.searched:
-        low, high = data.gap
-        std, verdict = deviation.get(parameter.name, (high - low) / np.sqrt(12.0)), "identified"
+        std, verdict = deviation.get(parameter.name, data.spread), "identified"
         if not _sides_differ(element, compliance, found):
             verdict, reason = "insignificant", "the compliances on its two sides are the same within their uncertainty"
     torque = compliance.transition_torque or 0.0

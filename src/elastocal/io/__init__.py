@@ -2,12 +2,20 @@
 
 from elastocal.io.files import require_writable, write_files
 from elastocal.io.measurement_files import data_hashes, load_measurements, save_measurements, source_files
-from elastocal.io.results import require_result_folder, result_json, save_residuals, save_result, validation_json
+from elastocal.io.results import (
+    comparison_json,
+    require_result_folder,
+    result_json,
+    save_residuals,
+    save_result,
+    validation_json,
+)
 from elastocal.io.robot_files import load_robot, save_robot
 from elastocal.io.robot_toml import robot_to_toml
 from elastocal.io.tidy import measurements_to_csv
 
 __all__ = [
+    "comparison_json",
     "data_hashes",
     "load_measurements",
     "load_robot",

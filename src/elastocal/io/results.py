@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from elastocal.comparison import Comparison
 from elastocal.errors import InputError
 from elastocal.identification import CalibrationResult, IdentifiedElement, Residuals, Search, Statistics
 from elastocal.io.files import require_writable, write_files
@@ -153,6 +154,37 @@ def validation_json(result: ValidationResult, data_sha256: Sequence[str] = ()) -
             "residuals": {"held_out": statistics_table(result.statistics)},
             "parts": {name: statistics_table(found) for name, found in result.parts.items()},
             "fitted_frames": list(result.fitted_frames),
+            "warnings": list(result.warnings),
+            "data_sha256": list(data_sha256),
+            "version": version("elastocal"),
+        }
+    )
+
+
+def comparison_json(result: Comparison, data_sha256: Sequence[str] = ()) -> str:
+    """Models side by side as JSON, SI units."""
+    return _dump(
+        {
+            "format": "elastocal-comparison/1",
+            "robot": result.robot,
+            "elastic": list(result.elements),
+            "verdict": result.verdict,
+            "recommended": result.recommended,
+            "models": [
+                {
+                    "model": m.name,
+                    "status": m.status,
+                    "parameters": m.parameters,
+                    "coordinates": m.coordinates,
+                    "residual": None if m.residual is None else statistics_table(m.residual),
+                    "cross_validated": None if m.cross_validated is None else statistics_table(m.cross_validated),
+                    "deviance": m.deviance,
+                    "aicc": m.aicc,
+                    "bic": m.bic,
+                    "criterion": m.criterion,
+                }
+                for m in result.models
+            ],
             "warnings": list(result.warnings),
             "data_sha256": list(data_sha256),
             "version": version("elastocal"),

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from elastocal.comparison import Comparison
 from elastocal.identification import CalibrationResult, IdentifiedElement, IdentifiedParameter, Statistics
 from elastocal.validation import ValidationResult
 
@@ -149,6 +150,26 @@ def validation_sections(result: ValidationResult) -> list[Section]:
     """All sections on a validation."""
     found = {"all rows": result.statistics, **result.parts}
     return [error_section(f"{result.robot.name}: validation", found, result.verdict), *advice_sections(result.warnings)]
+
+
+def comparison_sections(result: Comparison) -> list[Section]:
+    """Models side by side, and which to believe."""
+    rows = []
+    for m in result.models:
+        errors = (m.residual, m.cross_validated)
+        figures = ("" if s is None else _fixed(1e3 * s.mean, 4) for s in errors)
+        criteria = (_criterion(value) for value in (m.aicc, m.bic, m.criterion))
+        mark = "best" if m.name == result.recommended else "" if m.status == "converged" else m.status
+        rows.append((m.name, str(m.parameters), *figures, *criteria, mark.replace("_", " ")))
+    header = ("model", "params", "residual", "unseen", "AICc", "BIC", "criterion", "verdict")
+    explained = "Mean errors in mm, of fitted poses and of poses left out of the fit; of the criteria, less is better."
+    title = f"{result.robot}: models of {', '.join(result.elements)}"
+    return [Section(title, header, tuple(rows), (explained, result.verdict)), *advice_sections(result.warnings)]
+
+
+def _criterion(value: float) -> str:
+    """A criterion to one decimal, where there is room for it."""
+    return "" if not math.isfinite(value) else _fixed(value, 1 if abs(value) < 1e4 else 0)
 
 
 def with_deviation(value: float, deviation: float) -> tuple[str, str]:

@@ -28,7 +28,7 @@ def print_sections(sections: Sequence[Section], console: Console) -> None:
 
 
 def _table(section: Section) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), collapse_padding=True)
     text = {"verdict", "unit"}
     for column, name in enumerate(section.header):
         left = column == 0 or name in text

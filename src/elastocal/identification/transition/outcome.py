@@ -9,8 +9,9 @@ import numpy as np
 from elastocal.chain import Array
 from elastocal.elasticity import HINGE
 from elastocal.identification.transition.grid import SAME
+from elastocal.identification.transition.profile import profile_of
 from elastocal.identification.transition.search import Search
-from elastocal.identification.transition.trial import Trial
+from elastocal.identification.transition.trial import Problem, Trial
 
 
 @dataclass(frozen=True)
@@ -18,28 +19,64 @@ class TransitionData:
     """The data on both sides of a transition torque.
 
     Attributes:
+        spread: standard deviation of the torque [N m or N] as the misfit at all others weighs them; 0 if it was given.
         gap: the largest load below it and the smallest above it [N m or N].
         below, above: how many different loads there are on each side.
         searched: whether the torque was searched; else it was given.
     """
 
+    spread: float
     gap: tuple[float, float]
     below: int
     above: int
     searched: bool
 
 
-def transitions_of(trial: Trial, search: Search | None) -> dict[str, TransitionData]:
-    """The data on both sides of a fit's transition torques, by element."""
+def transitions_of(problem: Problem, trial: Trial, search: Search | None) -> dict[str, TransitionData]:
+    """The data on both sides of a fit's transition torques, by element.
+
+    Args:
+        problem: that was fitted.
+        trial: the fit.
+        search: how the torques were found.
+    """
     searched = search is not None and search.method != "given"
+    spreads = _spreads(problem.after(trial), trial) if searched else dict.fromkeys(trial.torques, 0.0)
     found = {}
     for element, torque in trial.torques.items():
         sizes = np.sort(np.abs(trial.loads[element]))
         below, above = sizes[sizes < torque], sizes[sizes >= torque]
         gap = float(below[-1]) if len(below) else 0.0, float(above[0]) if len(above) else float("inf")
         least = SAME * float(sizes[-1])
-        found[element] = TransitionData(gap, _different(below, least), _different(above, least), searched)
+        found[element] = TransitionData(
+            spreads[element], gap, _different(below, least), _different(above, least), searched
+        )
     return found
+
+
+def _spreads(problem: Problem, trial: Trial) -> dict[str, float]:
+    """Standard deviations of transition torques: each weighed by its likelihood, the other elements' as they are.
+
+    The misfit is in units of the variance that the best fit leaves, and each torque stands for its gap between loads.
+    """
+    profile = profile_of(problem.model(problem.torques), problem.start, problem.variances, problem.laws, problem.grids)
+    grids = list(problem.grids.values())
+    at = [int(np.argmin(np.abs(g.torques - t))) for g, t in zip(grids, trial.torques.values(), strict=True)]
+    freedom = sum(found.count for found in trial.solution.sums.values()) - len(trial.model.names)
+    spreads = {}
+    for e, (element, grid) in enumerate(problem.grids.items()):
+        tried = np.repeat([at], len(grid.torques), axis=0)
+        tried[:, e] = np.arange(len(grid.torques))
+        misfits = profile.misfits(tried)
+        rise = (misfits - misfits.min()) / (max(float(misfits.min()), 1e-300) / max(freedom, 1))
+        low, high = trial.gaps.get(element, (0.0, 0.0))
+        width = np.gradient(grid.torques) if len(grid.torques) > 1 else np.array([high - low])
+        weights = width * np.exp(-0.5 * rise)
+        weights /= weights.sum()
+        mean = weights @ grid.torques
+        within = max(float(weights @ width**2), (high - low) ** 2) / 12.0
+        spreads[element] = float(np.sqrt(weights @ (grid.torques - mean) ** 2 + within))
+    return spreads
 
 
 def _different(ordered: Array, least: float) -> int:
