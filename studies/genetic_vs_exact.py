@@ -1,8 +1,8 @@
 """The exact search beside the genetic algorithm: `python studies/genetic_vs_exact.py`.
 
-Fifty simulated HA006, drawn by seed as `elastocal reproduce nonlinear` draws the first: 45 poses, a step in joints 2 and
-3. The genetic algorithm has 40 combinations and 50 generations. Residuals are root mean squares of the coordinates. The
-last result is in genetic_vs_exact.txt.
+Fifty simulated HA006, drawn by seed as `elastocal reproduce nonlinear` draws the first: 45 poses, a step in joints 2
+and 3. The genetic algorithm has 40 combinations and 50 generations. Residuals are root mean squares of the coordinates.
+The last result is in genetic_vs_exact.txt.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Which rule tells rigid, linear, step and hinge apart? `python studies/model_choice.py`.
 
 Simulated 1.45 m arms of each kind, 60 poses of one target, 0.03 mm noise per axis, base and tool unknown; every model
-of `elastocal compare` is fitted to each. The rules weigh the same fits by AIC, AICc, BIC, and BIC with its penalty times
-a factor, transition torques counted as parameters. The last result is in model_choice.txt.
+of `elastocal compare` is fitted to each. The rules weigh the same fits by AIC, AICc, BIC, and BIC with its penalty
+times a factor, transition torques counted as parameters. The last result is in model_choice.txt.
 """
 
 from __future__ import annotations
