@@ -15,6 +15,9 @@ from elastocal.chain import Array
 KINDS = ("position", "orientation", "distance")
 """What an observation can consist of; a row may have several."""
 
+FEW_ROWS = 500
+"""Up to so many rows all pairs are compared."""
+
 SAME_POSE = 1e-3
 """Joint positions that agree to this [rad or m] are one pose, measured again."""
 
@@ -188,6 +191,8 @@ def _joined_poses(parts: Sequence[Measurements]) -> NDArray[np.int64]:
 
 def repeats(data: Measurements) -> NDArray[np.intp]:
     """A number for each row, the same for rows of one pose: by pose number, or joints that agree to SAME_POSE."""
+    if data.pose is None and _all_apart(data.q):
+        return np.arange(len(data))
     # imported late: it takes longer than a calibration
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -202,6 +207,14 @@ def repeats(data: Measurements) -> NDArray[np.intp]:
         pairs = np.concatenate([pairs, np.stack([numbered, leader], axis=1)])
     graph = coo_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     return connected_components(graph, directed=False)[1]
+
+
+def _all_apart(q: Array) -> bool:
+    """Whether few joint positions (n, joints) are all different, which is soon seen."""
+    if len(q) > FEW_ROWS:
+        return False
+    apart = (np.abs(q[:, None] - q[None]) > SAME_POSE).any(axis=2)
+    return bool(apart.sum() == len(q) * (len(q) - 1))
 
 
 def split(data: Measurements, fraction: float, seed: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
