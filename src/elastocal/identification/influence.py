@@ -51,7 +51,7 @@ class _Rows:
     deviation: Array
     jacobian: Array
 
-    def take(self, chosen: NDArray[np.bool_]) -> _Rows:
+    def take(self, chosen: NDArray[np.intp]) -> _Rows:
         return _Rows(self.rows[chosen], self.kinds, self.deviation[chosen], self.jacobian[chosen])
 
 
@@ -72,15 +72,15 @@ def influence(model: Model, displacements: Array, covariance: Array, variances: 
     found = Influence(pose, np.zeros(count, dtype=int), np.zeros(count), {})
     for kind in dict.fromkeys(kind for setup in model.setups for kind in setup.kinds):
         found.left_out[kind] = np.full((len(pose), WIDTHS[kind]), np.nan)
-    several = np.asarray(np.bincount(pose, minlength=count)[pose] > 1)
+    several = np.greater(np.bincount(pose, minlength=count), 1)[pose]
     waiting: dict[int, list[_Rows]] = {}
     for block in _blocks(model, displacements, variances):
-        alone = block.take(~several[block.rows])
+        alone = block.take(np.flatnonzero(~several[block.rows]))
         gain, without = _left_out(alone.jacobian, covariance)
         found.gain[pose[alone.rows]] = gain
         _enter(found, alone, without)
         for i in np.flatnonzero(several[block.rows]):
-            waiting.setdefault(int(pose[block.rows[i]]), []).append(block.take(np.arange(len(block.rows)) == i))
+            waiting.setdefault(int(pose[block.rows[i]]), []).append(block.take(np.array([i])))
     for number, parts in waiting.items():
         together = np.concatenate([part.jacobian for part in parts], axis=1)
         gain, without = _left_out(together, covariance)
