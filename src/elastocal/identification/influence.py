@@ -109,7 +109,7 @@ def _left_out(jacobian: Array, covariance: Array) -> tuple[Array, Array]:
     own, residual = jacobian[:, :, :-1], jacobian[:, :, -1]
     remaining = np.eye(own.shape[1]) - (own @ covariance) @ own.swapaxes(1, 2)
     values, vectors = np.linalg.eigh(remaining)
-    decides = (values < LEVERAGE).any(axis=1)
+    decides = values[:, 0] < LEVERAGE
     along = np.einsum("mij,mi->mj", vectors, residual) / np.where(values < LEVERAGE, 1.0, values)
     without = np.einsum("mij,mj->mi", vectors, along)
     gain = np.einsum("mi,mi->m", residual, without)
