@@ -61,6 +61,14 @@ def test_known_frames_stay_where_they_are():
     assert np.abs(tool_known.base.translation - actual.base.translation).max() < 1e-10
 
 
+def test_distances_from_a_known_place_tell_the_tool():
+    actual = placed(arm(), np.random.default_rng(2))
+    data = simulate(actual, random_poses(actual, 20, 0), kinds=("distance",))
+    aligned = align(replace(arm(), base=actual.base), data)
+    assert aligned.base == actual.base
+    assert np.abs(aligned.tool.translation - actual.tool.translation).max() < 1e-9
+
+
 def test_a_tool_of_known_targets_is_placed_from_them():
     actual = placed(arm(), np.random.default_rng(1))
     targets = {n: Frame(xyz, known=True) for n, xyz in {"a": (0.1, 0, 0), "b": (0, 0.1, 0), "c": (0, 0, 0.1)}.items()}

@@ -32,6 +32,7 @@ COMMANDS = {
     "validate": ("validate robot.toml held_out.csv poses.csv", 0),
     "validate-calibrated": ("validate result/robot.toml held_out.csv", 0),
     "validate-refit": ("validate result/robot.toml held_out.csv --refit tool", 0),
+    "validate-map": ("validate result/robot.toml held_out.csv --uncertainty-map", 0),
 }
 
 

@@ -246,7 +246,7 @@ def test_what_is_held_out_depends_on_the_seed_alone(desk: Desk):
     assert held_out(1)["held_out"]["n"] == 12
 
 
-def test_a_calibration_without_held_out_rows_has_no_statistics_of_them(desk: Desk):
+def test_a_calibration_without_held_out_rows_has_what_to_expect_instead(desk: Desk):
     save_simulated(desk.folder)
     result = json.loads(desk.done("calibrate robot.toml fit.csv --json"))
-    assert set(result["residuals"]) == {"nominal", "calibrated"}
+    assert set(result["residuals"]) == {"nominal", "calibrated", "cross_validated"}

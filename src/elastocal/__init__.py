@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from elastocal.comparison import Comparison as Comparison
     from elastocal.comparison import compare as compare
     from elastocal.cross_validation import cross_validate as cross_validate
+    from elastocal.drift import Difference as Difference
+    from elastocal.drift import difference as difference
     from elastocal.errors import ElastocalError as ElastocalError
     from elastocal.errors import EquilibriumError as EquilibriumError
     from elastocal.errors import InputError as InputError
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from elastocal.identification import GeneticSearch as GeneticSearch
     from elastocal.identification import calibrate as calibrate
     from elastocal.io import load_measurements as load_measurements
+    from elastocal.io import load_result as load_result
     from elastocal.io import load_robot as load_robot
     from elastocal.io import save_measurements as save_measurements
     from elastocal.io import save_result as save_result
@@ -25,19 +28,23 @@ if TYPE_CHECKING:
     from elastocal.robot import Robot as Robot
     from elastocal.simulation import random_poses as random_poses
     from elastocal.simulation import simulate as simulate
+    from elastocal.uncertainty import Uncertainty as Uncertainty
+    from elastocal.uncertainty import position_uncertainty as position_uncertainty
     from elastocal.validation import ValidationResult as ValidationResult
     from elastocal.validation import validate as validate
 
 _HOMES = {
     "comparison": ("Comparison", "compare"),
     "cross_validation": ("cross_validate",),
+    "drift": ("Difference", "difference"),
     "errors": ("ElastocalError", "EquilibriumError", "InputError"),
     "identification": ("CalibrationResult", "GeneticSearch", "calibrate"),
-    "io": ("load_measurements", "load_robot", "save_measurements", "save_result", "save_robot"),
+    "io": ("load_measurements", "load_result", "load_robot", "save_measurements", "save_result", "save_robot"),
     "measurements": ("Measurements",),
     "prediction": ("predict",),
     "robot": ("Robot",),
     "simulation": ("random_poses", "simulate"),
+    "uncertainty": ("Uncertainty", "position_uncertainty"),
     "validation": ("ValidationResult", "validate"),
 }
 """Where the public names live; they are imported when first used, so that `elastocal --help` is quick."""

@@ -148,11 +148,16 @@ class Measurements:
             found.append(Combination(rows, kinds, **names))
         return tuple(found)
 
+    def origin(self, row: int) -> tuple[str, int]:
+        """The file that a row comes from, and its number there; no file and its number here if it is not from one."""
+        if self.source is None or self.row is None:
+            return "", row + 1
+        return self.source.name(int(self.source.codes[row])) or "", int(self.row[row])
+
     def place(self, row: int) -> str:
         """Where a row comes from: "fit.csv row 12"."""
-        if self.source is None or self.row is None:
-            return f"row {row + 1}"
-        return f"{self.source.name(int(self.source.codes[row]))} row {self.row[row]}"
+        file, number = self.origin(row)
+        return f"{file} row {number}".lstrip()
 
 
 def concatenate(parts: Sequence[Measurements]) -> Measurements:

@@ -21,6 +21,7 @@ class Group(IntEnum):
     SPARE = 6
     COMPLIANCE = 7
     TRANSITION = 8
+    MAP = 9
 
 
 FRAME_GROUPS = (Group.BASE, Group.TARGET, Group.TOOL)
@@ -49,7 +50,7 @@ class Parameter:
 
 
 def parameters_of(robot: Robot) -> dict[str, Parameter]:
-    """All parameters of a robot by name, in chain order, compliances and transition torques last."""
+    """All parameters of a robot by name, in chain order, then compliances and transition torques, then joint maps."""
     found = [
         *_frame_parameters(robot, "base"),
         *(p for s in robot.stations for p in _frame_parameters(robot, f"station.{s}")),
@@ -58,6 +59,7 @@ def parameters_of(robot: Robot) -> dict[str, Parameter]:
     found += _frame_parameters(robot, "tool")
     found += [p for target in robot.targets for p in _frame_parameters(robot, f"target.{target}")]
     found += _compliance_parameters(robot)
+    found += _map_parameters(robot)
     return {parameter.name: parameter for parameter in found}
 
 
@@ -103,4 +105,12 @@ def _compliance_parameters(robot: Robot) -> list[Parameter]:
         if law.transition:
             torque, unit = compliance.transition_torque, "N·m" if turn else "N"
             found.append(Parameter(f"{name}.transition_torque", unit, torque, Group.TRANSITION, False))
+    return found
+
+
+def _map_parameters(robot: Robot) -> list[Parameter]:
+    found = []
+    for element, error in robot.transmission.items():
+        unit = "rad" if element.rpartition(".")[2] in ROTATION_KEYS else "m"
+        found += [Parameter(f"{element}.{n}", unit, value, Group.MAP, False) for n, value in error.coefficients.items()]
     return found

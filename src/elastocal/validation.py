@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from elastocal.errors import InputError, unknown_name
 from elastocal.identification import Residuals, Statistics, choose_gauge, fit_frames, residuals, statistics
 from elastocal.measurements import Labels, Measurements
 from elastocal.parameters import FRAME_GROUPS, parameters_of
+from elastocal.repeatability import Repeatability, repeatability
 from elastocal.robot import Robot
 
 
@@ -27,6 +28,7 @@ class ValidationResult:
         data: the rows.
         verdict: one sentence.
         warnings: sentences with a remedy.
+        repeatability: of "position" and "orientation", where poses were measured more than once.
     """
 
     robot: Robot
@@ -37,6 +39,7 @@ class ValidationResult:
     data: Measurements
     verdict: str
     warnings: tuple[str, ...]
+    repeatability: Mapping[str, Repeatability] = field(default_factory=dict)
 
     def __str__(self) -> str:
         """The verdict table, in millimetres."""
@@ -88,7 +91,14 @@ def validate(robot: Robot, data: Measurements, *, refit: Sequence[str] = ()) -> 
         data=data,
         verdict=f"{robot.name}: {_told(total)}",
         warnings=tuple(warnings),
+        repeatability=_repeatability(found, data),
     )
+
+
+def _repeatability(found: Residuals, data: Measurements) -> dict[str, Repeatability]:
+    kinds = {"position": found.position, "orientation": found.orientation}
+    told = {kind: repeatability(data, errors) for kind, errors in kinds.items() if errors is not None}
+    return {kind: judged for kind, judged in told.items() if judged is not None}
 
 
 def _told(total: Statistics) -> str:

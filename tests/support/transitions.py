@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
 
 from elastocal.identification import choose_gauge, fit_frames
 from elastocal.identification.request import requested, with_laws
@@ -31,6 +33,16 @@ SPRINGS = {
     "5": ((5e-5, 2e-5), 9.0),
 }
 """Compliances below and above the transition torques of three joints of the arm."""
+
+
+CONTROLLER = ThreadpoolController()
+
+
+@pytest.fixture(autouse=True)
+def one_blas_thread() -> Iterator[None]:
+    """One thread of BLAS, as in calibrate(): for many small fits, on a busy machine, several times faster."""
+    with CONTROLLER.limit(limits=1, user_api="blas"):
+        yield
 
 
 def springs(laws: Mapping[str, str]) -> dict[str, Compliance]:

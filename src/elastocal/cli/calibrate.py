@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
@@ -18,6 +18,7 @@ from elastocal.cli.options import (
     Seed,
     Tip,
     parse_elastic,
+    parse_orders,
     parse_transition,
     require_data,
 )
@@ -36,6 +37,10 @@ def calibrate(
     population: Annotated[int | None, Parameter(validator=Number(gte=2))] = None,
     generations: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
     non_negative: Annotated[bool, Parameter(negative=())] = False,
+    loss: Literal["linear", "huber", "cauchy"] = "linear",
+    transmission: str = "0",
+    prior: Annotated[bool, Parameter(negative=())] = False,
+    bootstrap: Annotated[int, Parameter(validator=Number(gte=0))] = 0,
     tip: Tip = None,
     seed: Seed = 0,
     output: Output = None,
@@ -58,8 +63,15 @@ def calibrate(
         population: Combinations in each generation of the genetic algorithm; 40 if left out.
         generations: How many generations there are; 50 if left out.
         non_negative: Keep compliances from becoming negative.
+        loss: huber or cauchy: find outliers by a robust fit and leave them out; linear: only name them.
+        transmission: Orders of the joints' maps of transmission error, as 60, or auto: as many as the data favour. What
+            geometry and compliance leave of many robots is such an error, 10 to 30 waves a turn.
+        prior: Identify all geometry at once, each number about its nominal value, with the tolerances of the robot file
+            or such as the data favour: for few poses.
+        bootstrap: Standard deviations and intervals by so many fits to data that might have been measured at the same
+            poses, 200 or more, instead of by the linear covariance.
         tip: Link where the chain of a URDF ends.
-        seed: Of the choice of rows to hold out, and of the genetic algorithm.
+        seed: Of the choice of rows to hold out, of the genetic algorithm, and of the bootstrap.
         output: Folder for robot.toml, result.json and residuals.csv.
         json: Print the result object and nothing else on standard output.
     """
@@ -80,6 +92,7 @@ def calibrate(
     require_data(data, held_out or ())
     laws = parse_elastic(elastic)
     search = parse_transition(transition, population, generations)
+    orders = parse_orders(transmission)
     nominal = load_robot(robot, tip)
     measured = load_measurements(data, nominal)
     rest = load_measurements(held_out, nominal) if held_out else None
@@ -97,9 +110,14 @@ def calibrate(
             elastic=laws,
             transition=search,
             non_negative=non_negative,
+            loss=loss,
+            transmission=orders,
+            prior=prior,
+            bootstrap=bootstrap,
             seed=seed,
             on_step=calls.on_step,
             on_generation=calls.on_part,
+            on_sample=calls.on_part,
         )
     files = {"robot": str(robot), "data": [*map(str, data)], "held_out": [*map(str, held_out or ())]}
     result = replace(result, settings={**files, **result.settings})

@@ -26,6 +26,10 @@ COMMANDS = {
         "Errors of a robot, nominal or calibrated, on measurements it was not fitted to.",
         "elastocal validate result/robot.toml tracker2.csv --refit base",
     ),
+    "diff": (
+        "What changed between two calibrations of one robot, in units of its uncertainty: drift, or noise?",
+        "elastocal diff result-march result-june",
+    ),
     "simulate": (
         "Measurements of a robot that does not exist: a table for calibrate, with a known truth.",
         "elastocal simulate robot.toml --poses 60 --geometry-error 0.5mm,0.5mrad --noise 0.03mm -o fit.csv",

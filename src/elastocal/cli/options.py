@@ -64,6 +64,19 @@ def parse_transition(text: str, population: int | None = None, generations: int 
         ) from None
 
 
+def parse_orders(text: str) -> int | str:
+    """Orders of joint maps, from a number or "auto".
+
+    Raises:
+        InputError: it is neither.
+    """
+    if text == "auto":
+        return text
+    if not text.isdecimal():
+        raise InputError(f"--transmission {text}: expected a number of orders, as 60, or auto")
+    return int(text)
+
+
 def require_data(data: Sequence[Path], held_out: Sequence[Path] = ()) -> None:
     """Check that there are measurements, and that those held out are others.
 

@@ -3,7 +3,10 @@
 from elastocal.identification.calibration import calibrate, fit_frames
 from elastocal.identification.gauge import Gauge, choose_gauge
 from elastocal.identification.observability import Observability
+from elastocal.identification.outliers import Outlier
+from elastocal.identification.priors import PriorFit
 from elastocal.identification.result import CalibrationResult, IdentifiedElement, IdentifiedParameter
+from elastocal.identification.saved import SavedResult
 from elastocal.identification.statistics import Residuals, Statistics, residuals, statistics, statistics_of
 from elastocal.identification.transition import GeneticSearch, Search
 
@@ -14,7 +17,10 @@ __all__ = [
     "IdentifiedElement",
     "IdentifiedParameter",
     "Observability",
+    "Outlier",
+    "PriorFit",
     "Residuals",
+    "SavedResult",
     "Search",
     "Statistics",
     "calibrate",

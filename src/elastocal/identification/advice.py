@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from elastocal.identification.outlier_advice import on_outliers
+from elastocal.identification.plausibility import BAD, misfit
 from elastocal.identification.result import CalibrationResult, IdentifiedParameter
 
 NARROW = np.radians(20.0)
@@ -18,13 +20,22 @@ WEAK = 1e-3
 FEW_LOADS = 6
 """A coefficient that rests on fewer different loads may be noise."""
 
+MOST_GROUPS = 4
+"""Groups of correlated parameters that are named."""
+
 FEW = 0.5
 """Degrees of freedom per parameter below which a residual flatters."""
 
 
 def with_advice(result: CalibrationResult) -> CalibrationResult:
     """The result with its verdict, warnings and notes."""
-    warnings = (*_on_the_fit(result), *_on_parameters(result), *_on_transitions(result), *_on_the_data(result))
+    warnings = (
+        *_on_the_fit(result),
+        *on_outliers(result),
+        *_on_parameters(result),
+        *_on_transitions(result),
+        *_on_the_data(result),
+    )
     return replace(result, verdict=_verdict(result), warnings=warnings, notes=tuple(_notes(result)))
 
 
@@ -33,17 +44,34 @@ def _verdict(result: CalibrationResult) -> str:
         return "Not identifiable: these measurements do not determine all parameters asked for; see the warnings."
     if result.status == "not_converged":
         return "Not converged: the parameters are where the fit was broken off; see the warnings."
-    held = "held_out" in result.residuals
-    before = result.residuals["held_out_nominal" if held else "nominal"]
-    after = result.residuals["held_out" if held else "calibrated"]
-    identified = f"{len(result.names)} parameters identified."
-    found, unit = after, "mm"
-    if not after.n and after.angle and before.angle:  # orientations only
-        before, found, unit = before.angle, after.angle, "mrad"
+    found = result.residuals
+    kind = next(name for name in JUDGED if name in found)
+    before = found["held_out_nominal" if kind == "held_out" else "nominal"]
+    after, fitted, unit = found[kind], found["calibrated"], "mm"
+    if not after.n and after.angle and before.angle and fitted.angle:  # orientations only
+        before, after, fitted, unit = before.angle, after.angle, fitted.angle, "mrad"
+    beside = f" (the fit's residual is {1e3 * fitted.mean:.3g} {unit})" if kind == "cross_validated" else ""
     return (
-        f"Calibrated: {1e3 * found.mean:.3g} {unit} mean and {1e3 * found.max:.3g} {unit} at most on {found.n} "
-        f"{'held-out' if held else 'fitted'} rows, from {1e3 * before.mean:.3g} {unit}; {identified}"
+        f"Calibrated: {1e3 * after.mean:.3g} {unit} mean and {1e3 * after.max:.3g} {unit} at most "
+        f"{JUDGED[kind].format(after.n)}, from {1e3 * before.mean:.3g} {unit}{beside}; "
+        f"{_counted(result)} identified."
     )
+
+
+def _counted(result: CalibrationResult) -> str:
+    """How many parameters were identified, the coefficients of joint maps apart."""
+    if result.prior is None or not result.prior.orders:
+        return f"{len(result.names)} parameters"
+    maps = sum(len(found.coefficients) for found in result.prior.model.robot.transmission.values())
+    return f"{len(result.names) - maps} parameters and joint maps of {result.prior.orders} orders"
+
+
+JUDGED = {
+    "held_out": "on {} held-out rows",
+    "cross_validated": "to expect on unseen poses",
+    "calibrated": "on {} fitted rows",
+}
+"""What a calibration is judged by: the first of these statistics that it has."""
 
 
 def _on_the_fit(result: CalibrationResult) -> Iterator[str]:
@@ -52,6 +80,13 @@ def _on_the_fit(result: CalibrationResult) -> Iterator[str]:
         yield (
             "the fit did not come to rest: check units, joint order and signs of the measurements, "
             "or identify less at once (--identify, --fix)"
+        )
+    left = misfit(result.errors.calibrated, result.errors.data, ~result.errors.held_out)
+    if left > BAD and coordinates > parameters:
+        yield (
+            f"robot and data do not belong together: calibrated, the robot still misses a fifth of the rows by more "
+            f"than {100.0 * left:.2g} % of the spread of the measured points; check the units, order and signs of the "
+            "joints, swapped or mirrored axes, the names of targets and stations, and frames called known"
         )
     if coordinates < parameters:
         rows = int((~result.errors.held_out).sum())
@@ -63,7 +98,7 @@ def _on_the_fit(result: CalibrationResult) -> Iterator[str]:
     elif coordinates - parameters < FEW * parameters:
         yield (
             f"only {coordinates - parameters} degrees of freedom for {parameters} parameters: "
-            "the residual flatters; measure more poses"
+            "the residual flatters; measure more poses, or let tolerances help (--prior)"
         )
 
 
@@ -110,7 +145,7 @@ def _on_transitions(result: CalibrationResult) -> Iterator[str]:
     rows = {p.name: p for p in result.parameters}
     for element in result.elastic:
         data, name = element.transition, element.element
-        if data is None or element.transition_torque is None:
+        if data is None or element.transition_torque is None or element.verdict == "unobservable":
             continue
         row = rows[f"{name}.transition_torque"]
         if row.verdict == "insignificant":
@@ -121,8 +156,8 @@ def _on_transitions(result: CalibrationResult) -> Iterator[str]:
         for key, where, count in (("c_low", "below", data.below), ("c_high", "above", data.above)):
             if count < FEW_LOADS:
                 yield (
-                    f"{name}.{key} rests on {count} different loads {where} {element.transition_torque:.3g} "
-                    f"{row.unit}: measure more poses with such loads"
+                    f"{name}.{key} rests on {count} different load{'' if count == 1 else 's'} {where} "
+                    f"{element.transition_torque:.3g} {row.unit}: measure more poses with such loads"
                 )
 
 
@@ -159,24 +194,64 @@ def _notes(result: CalibrationResult) -> Iterator[str]:
             "10 % too low, and the same deflections"
         )
     for element in result.elastic:
-        if element.law == "step" and element.transition is not None:
+        if element.law == "step" and element.transition is not None and element.verdict != "unobservable":
             low, high = element.transition.gap
+            if not (element.transition.below and element.transition.above):
+                continue
             yield (
                 f"no measured load on {element.element} lies between {low:.4g} and {high:.4g} "
                 f"{_unit(result, element.element)}: which of its two compliances holds in there, these data cannot tell"
             )
     if result.search is not None and result.search.method == "exact" and not result.search.proven:
         yield "the transition torques are the best that were found: not all combinations were compared"
-    if not result.errors.held_out.any():
-        yield "the residual of the fit is not the accuracy of the robot: hold rows out (--holdout 0.3) to see that"
+    yield from _on_priors(result)
+    yield from _on_precision(result)
     dependent = sum(dropped.verdict == "dependent" for dropped in gauge.dropped.values())
-    if dependent:
+    if dependent and not (result.prior and result.prior.tolerances):
         yield f"{dependent} parameters keep their nominal values: identified ones move the target just as they do"
+
+
+def _on_priors(result: CalibrationResult) -> Iterator[str]:
+    if result.prior is None or not result.prior.tolerances:
+        return
+    units = {"length": ("mm", 1e3), "angle": ("mrad", 1e3), "offset": ("mrad", 1e3)}
+    found = result.prior.tolerances.items()
+    told = ", ".join(f"{kind} {units[kind][1] * std:.2g} {units[kind][0]}" for kind, std in found)
+    yield f"all geometry was identified about its nominal values, with the tolerances {told} (standard deviations)"
+    carried = [p.name for p in result.parameters if p.data_share is not None and p.data_share < 0.5]
+    geometry = [name for name in carried if name in result.gauge.kept or name in result.gauge.dropped]
+    if geometry:
+        yield f"of {_listed(geometry)} the tolerance says more than the data"
+
+
+def _on_precision(result: CalibrationResult) -> Iterator[str]:
+    if "cross_validated" in result.residuals:
+        yield (
+            "what to expect on unseen poses is found by leaving each pose out of the fit in turn; it holds for poses "
+            "like the measured ones: hold rows out (--held-out) to see others"
+        )
+    elif not result.errors.held_out.any():
+        yield "the residual of the fit is not the accuracy of the robot: hold rows out (--holdout 0.3) to see that"
+    if result.bootstrap is not None:
+        failed = result.bootstrap["failed"]
+        lost = f" ({failed} came to no rest)" if failed else ""
+        yield (
+            f"standard deviations and intervals are those of a bootstrap of {result.bootstrap['fits']} fits{lost}, not "
+            "the linear ones"
+        )
+    elif result.settings.get("bootstrap"):
+        yield "the bootstrap tells nothing, since hardly any fit came to rest: standard deviations are the linear ones"
+    if result.correlated:
+        groups = [_listed(group, 4) for group in result.correlated]
+        yield (
+            "parameters that the data tell together only, their errors being correlated by more than 0.95: "
+            f"{_listed(groups, MOST_GROUPS, '; ')}; what they predict together is as good as the rest"
+        )
 
 
 def _unit(result: CalibrationResult, element: str) -> str:
     return next(p.unit for p in result.parameters if p.name == f"{element}.transition_torque")
 
 
-def _listed(names: Sequence[str], most: int = 6) -> str:
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+def _listed(names: Sequence[str], most: int = 6, between: str = ", ") -> str:
+    return between.join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

@@ -4,7 +4,7 @@ With the flange's pose (R, t) in the base frame from the nominal robot, a target
 A m + c = R y + t, where A and c are base_T_instrument. That is linear in A, c and y; A is then made a rotation and the
 rest solved for again. Where orientations M are measured, A M = R B with the target's rotation B in the flange frame is
 solved first (the robot-world and hand-eye equation). Where only distances d are, |R y + t - s|^2 = d^2 is linear in y,
-in the instrument's place s, in the products s y^T and in |y|^2 + |s|^2.
+in the instrument's place s, in the products s y^T and in |y|^2 + |s|^2; where s is known, in y and |y|^2.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def align(robot: Robot, data: Measurements) -> Robot:
     _solve_rotations(placed, [s for s in samples if "orientation" in s.observed])
     _solve_positions(placed, [s for s in samples if "position" in s.observed])
     for sample in samples:
-        if "distance" in sample.observed and sample.station not in placed.shifted:
+        if "distance" in sample.observed and not {sample.station, sample.target} <= placed.shifted.keys():
             _solve_distances(placed, sample)
     return _with_placed(robot, placed, samples)
 
@@ -183,11 +183,15 @@ def _linear_positions(placed: _Placed, samples: Sequence[_Sample]) -> tuple[dict
 
 
 def _solve_distances(placed: _Placed, s: _Sample) -> None:
-    """Solve |R y + t - p|^2 = d^2 for the instrument's place p in the base frame and, unless it is known, y."""
+    """Solve |R y + t - p|^2 = d^2 for the instrument's place p in the base frame and y, or for one of the two."""
     squares = s.observed["distance"] ** 2
     n = len(squares)
     system = _Linear()
-    if s.target in placed.shifted:
+    if s.station in placed.shifted:
+        away = s.translation - placed.shifted[s.station]
+        blocks = {s.target: 2.0 * np.einsum("na,nab->nb", away, s.rotation), "square": np.ones((n, 1))}
+        system.add(blocks, squares - (away**2).sum(axis=1), {})
+    elif s.target in placed.shifted:
         point = s.rotation @ placed.shifted[s.target] + s.translation
         system.add({"place": -2.0 * point, "square": np.ones((n, 1))}, squares - (point**2).sum(axis=1), {})
     else:
@@ -200,7 +204,8 @@ def _solve_distances(placed: _Placed, s: _Sample) -> None:
         system.add(blocks, squares - (s.translation**2).sum(axis=1), {})
     found, _ = system.solve()
     placed.turned.setdefault(s.station, np.eye(3))  # distances do not tell how the instrument is turned
-    placed.shifted[s.station] = found["place"]
+    if "place" in found:
+        placed.shifted[s.station] = found["place"]
     if s.target in found:
         placed.shifted[s.target] = found[s.target]
 

@@ -7,15 +7,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from elastocal.chain import Array
 from elastocal.errors import InputError
 from elastocal.identification.advice import with_advice
 from elastocal.identification.alignment import align
+from elastocal.identification.attempt import Attempt
+from elastocal.identification.bootstrap import Bootstrap, bootstrapped, require_samples
 from elastocal.identification.bounds import fit_non_negative
+from elastocal.identification.evidence import PRIOR, with_prior_of
+from elastocal.identification.expected import expected_error
 from elastocal.identification.gauge import Gauge, choose_gauge
+from elastocal.identification.intervals import correlated_groups, student, with_intervals
 from elastocal.identification.observability import observability
+from elastocal.identification.outliers import find_outliers, outliers_of
+from elastocal.identification.plausibility import require_plausible
+from elastocal.identification.priors import fit_prior, geometry_kinds, require_orders, with_maps
 from elastocal.identification.request import requested, with_laws
 from elastocal.identification.result import CalibrationResult, RowErrors
+from elastocal.identification.robust import require_loss
 from elastocal.identification.solver import Normal, fit
 from elastocal.identification.statistics import Statistics, residuals, statistics
 from elastocal.identification.sums import misfit_of, normal_sums
@@ -24,13 +35,13 @@ from elastocal.identification.threads import one_thread
 from elastocal.identification.transition import (
     GeneticSearch,
     Problem,
-    Search,
     Transition,
     Trial,
     find_torques,
     fit_anew,
     free_torques,
     given_torques,
+    linear_model,
     problem_of,
     searched_laws,
     transitions_of,
@@ -55,9 +66,14 @@ def calibrate(
     elastic: Mapping[str, str] | None = None,
     transition: Transition = "exact",
     non_negative: bool = False,
+    loss: str = "linear",
+    transmission: int | str = 0,
+    prior: bool = False,
+    bootstrap: int = 0,
     seed: int = 0,
     on_step: Callable[[int, float], None] | None = None,
     on_generation: Callable[[int, int], None] | None = None,
+    on_sample: Callable[[int, int], None] | None = None,
 ) -> CalibrationResult:
     """Identify a robot's geometry and compliance from measurements.
 
@@ -72,38 +88,74 @@ def calibrate(
         transition: how the transition torques of step and hinge laws are found: "exact", "ga", a GeneticSearch, or the
             torques [N m or N] in the order of `elastic`.
         non_negative: whether compliances are kept from becoming negative.
-        seed: of the choice of rows to hold out, and of a genetic algorithm.
+        loss: "huber" or "cauchy" to find outliers by a robust fit and leave them out; with "linear" they are only
+            named.
+        transmission: orders of the joints' maps of transmission error, or "auto": as many as the evidence favours.
+        prior: whether all geometry is identified at once, about its nominal values with the robot's tolerances or,
+            where it states none, with such as the data favour; for few poses.
+        bootstrap: how many fits to data that might have been measured tell standard deviations and intervals; 0: the
+            linear covariance does.
+        seed: of the choice of rows to hold out, of a genetic algorithm, and of a bootstrap.
         on_step: called with the number of steps and the sum of squares after each one.
         on_generation: called with the number of a genetic algorithm's generations done, and of all.
+        on_sample: called with the number of a bootstrap's fits done, and of all.
 
     Raises:
-        InputError: names, patterns or fractions that make no sense.
+        InputError: names, patterns or fractions that make no sense; data with a fault as a whole, as swapped axes.
         EquilibriumError: the nominal robot does not settle under its load.
     """
     began = time.perf_counter()
+    require_loss(loss)
+    orders = require_orders(transmission)
+    require_samples(bootstrap, orders)
     fitted, rest = _divided(data, held_out, holdout, seed)
     wished, springs = with_laws(robot, elastic or {})
     torqued = with_transition(springs, wished)
     given = given_torques(transition, torqued)
     gauge = choose_gauge(wished, fitted, requested(wished, springs, identify, fix))
-    nominal = with_known_torques(fit_frames(wished, fitted, gauge), given)
-    problem = problem_of(nominal, gauge.kept, fitted, searched_laws(torqued, wished, gauge))
-    problem, search = find_torques(problem, transition, given, seed, on_generation)
+    laws = searched_laws(torqued, wished, gauge)
+
+    nominal = with_known_torques(wished, given)
+    start = fit_frames(nominal, fitted, gauge)
+    require_plausible(nominal, start, fitted)
+
+    def attempt(
+        rows: Measurements, weights: Array | None = None, how: Transition = "exact", begin: Robot | None = None
+    ) -> Attempt:
+        begin = begin or (start if rows is fitted else fit_frames(nominal, rows, gauge))
+        problem = problem_of(begin, gauge.kept, rows, laws, weights)
+        problem, search = find_torques(problem, how, given, seed, on_generation)
+        trial, held = fit_non_negative(problem, fit_all) if non_negative else (fit_all(problem), ())
+        return Attempt(problem, search, trial, held)
 
     def fit_all(problem: Problem) -> Trial:
         return fit_anew(problem, on_step, given=bool(given))
 
-    trial, held = fit_non_negative(problem, fit_all) if non_negative else (fit_all(problem), ())
+    good = np.ones(len(fitted), dtype=bool)
+    if loss != "linear":
+        good = find_outliers(attempt, linear_model(start, gauge.kept, fitted, laws), bool(laws), loss)
+    found = attempt(fitted if good.all() else fitted.take(np.flatnonzero(good)), how=transition)
+    if orders != 0 or prior:
+        kinds = geometry_kinds(wished, gauge) if prior else {}
+        found = replace(found, prior=fit_prior(found.model, found.solution, orders, kinds, wished.tolerance))
+    resampled = None
+    if bootstrap:
+        begin = found.problem.robot
+        resampled = bootstrapped(found, lambda rows: attempt(rows, begin=begin), bootstrap, seed, on_sample)
     settings = {
         "elastic": dict(elastic or {}),
         "transition": _told(transition),
         "non_negative": non_negative,
+        "loss": loss,
+        "transmission": transmission,
+        "prior": prior,
+        "bootstrap": bootstrap,
         "identify": None if identify is None else list(identify),
         "fix": list(fix),
         "holdout": holdout,
         "seed": seed,
     }
-    result = with_advice(_assess(wished, gauge, problem, trial, held, search, rest, settings))
+    result = with_advice(_assess(wished, gauge, found, resampled, fitted, good, rest, settings))
     return replace(result, seconds=time.perf_counter() - began)
 
 
@@ -141,56 +193,71 @@ def _divided(
 def _assess(
     wished: Robot,
     gauge: Gauge,
-    problem: Problem,
-    trial: Trial,
-    held: tuple[str, ...],
-    search: Search | None,
+    found: Attempt,
+    resampled: Bootstrap | None,
+    data: Measurements,
+    good: NDArray[np.bool_],
     rest: Measurements | None,
     settings: Mapping[str, object],
 ) -> CalibrationResult:
-    """Uncertainty, residuals and verdicts of a fit."""
-    solution, data = trial.solution, trial.model.data
-    identified = _with_known_frames(trial.model.displaced(solution.displacements), data)
-    names, sums = trial.model.names, solution.sums
-    seen = observability(sums, np.array([gauge.effects[name] for name in names]), len(data))
-    hinges = free_torques(trial, search)
+    """Uncertainty, residuals and verdicts of a fit of the good rows of data."""
+    trial, search, solution = found.trial, found.search, found.solution
+    identified = _with_known_frames(found.model.displaced(solution.displacements), data)
+    effects = np.array([gauge.effects[name] for name in trial.model.names])
+    seen = observability(trial.solution.sums, effects, int(good.sum()))
+    model, sums, hinges = found.model, solution.sums, free_torques(trial, search)
     if hinges:
-        names = (*names, *hinges)
+        model = replace(model, names=(*model.names, *hinges))
         extended = np.append(solution.displacements, np.zeros(len(hinges)))
-        sums = normal_sums(replace(trial.model, names=names), extended, solution.variances)
-    normal = Normal.of(sums)
-    coordinates = sum(found.count for found in sums.values())
-    chi2 = misfit_of(sums) / max(coordinates - int(normal.seen.sum()), 1)
-    stated = any(found.stated for found in sums.values())
+        sums = with_prior_of(sums, normal_sums(model, extended, solution.variances))
+    normal, names = Normal.of(sums), model.names
+    observed = {kind: one for kind, one in sums.items() if kind != PRIOR}
+    coordinates = round(sum(one.count for one in observed.values()))
+    told = sum(float((normal.covariance * one.gram[:-1, :-1]).sum()) for one in observed.values())
+    chi2 = misfit_of(observed) / max(coordinates - told, 1.0)
+    stated = any(one.stated for one in observed.values())
     estimates = Estimates(
         names=names,
-        displacements=dict(zip(trial.model.names, solution.displacements.tolist(), strict=True)),
+        displacements=dict(zip(found.model.names, solution.displacements.tolist(), strict=True)),
         covariance=normal.covariance * (max(chi2, 1.0) if stated else chi2),
         unseen=_unseen(normal, names),
-        held=held,
-        transitions=transitions_of(problem, trial, search),
+        held=found.held,
+        transitions=transitions_of(found.problem, trial, search, student(coordinates - told)),
     )
-    table = parameter_table(wished, identified, gauge, estimates)
+    if resampled is not None:
+        estimates = resampled.estimates(estimates, trial)
+    before = with_maps(wished, found.prior.orders) if found.prior and found.prior.orders else wished
+    shares = found.prior.shares if found.prior else {}
+    table = parameter_table(before, identified, gauge, estimates)
+    table = tuple(replace(row, data_share=shares.get(row.name)) for row in table)
     errors = _row_errors(trial.model.robot, identified, data, rest)
+    expected, told_all = None, seen.rank == seen.parameters or bool(found.prior and found.prior.tolerances)
+    if rest is None and told_all:
+        expected = expected_error(found, model, normal.covariance)
     status = "converged" if solution.converged else "not_converged"
     return CalibrationResult(
         robot=identified,
         nominal_robot=trial.model.robot,
-        status=status if seen.rank == seen.parameters else "not_identifiable",
-        parameters=table,
+        status=status if told_all else "not_identifiable",
+        parameters=with_intervals(table, coordinates - told, estimates.transitions, resampled),
         elastic=element_table(identified, table, estimates.transitions),
-        residuals=_all_statistics(errors),
+        residuals=_all_statistics(errors, expected),
         observability=seen,
         gauge=gauge,
         names=names,
         covariance=estimates.covariance,
+        correlated=correlated_groups(names, estimates.covariance),
         coordinates=coordinates,
+        freedom=coordinates - told,
+        bootstrap=None if resampled is None else resampled.counts,
         model_sigma={kind: float(np.sqrt(variance)) for kind, variance in solution.variances.items()},
         chi2_reduced=chi2,
         errors=errors,
+        outliers=outliers_of(found, data, good),
         iterations=solution.steps,
         settings=settings,
         search=search,
+        prior=found.prior,
     )
 
 
@@ -220,9 +287,11 @@ def _row_errors(nominal: Robot, identified: Robot, data: Measurements, rest: Mea
     return RowErrors(everything, held_out, residuals(nominal, everything), residuals(identified, everything))
 
 
-def _all_statistics(errors: RowErrors) -> dict[str, Statistics]:
+def _all_statistics(errors: RowErrors, expected: Statistics | None) -> dict[str, Statistics]:
     fitted, held = ~errors.held_out, errors.held_out
     found = {"nominal": statistics(errors.nominal, fitted), "calibrated": statistics(errors.calibrated, fitted)}
+    if expected is not None:
+        found["cross_validated"] = expected
     if held.any():
         found["held_out_nominal"] = statistics(errors.nominal, held)
         found["held_out"] = statistics(errors.calibrated, held)

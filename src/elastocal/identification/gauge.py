@@ -8,7 +8,7 @@ are too weak for is reported, never re-gauged.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -75,7 +75,8 @@ def choose_gauge(robot: Robot, data: Measurements, names: Sequence[str]) -> Gaug
     norms = np.sqrt(np.diag(gram))
     parameters = parameters_of(robot)
     likely = np.array([_likely_effect(generic, parameters[name], len(model.data)) for name in names])
-    visible = norms > INVISIBLE * likely
+    powers = np.array([parameters[name].power for name in names])
+    visible = norms > INVISIBLE**powers * likely
     scale = np.where(visible, norms, 1.0)
     order = sorted(np.flatnonzero(visible).tolist(), key=lambda i: (parameters[names[i]].group, i))
     kept, combined = _eliminate(gram / np.outer(scale, scale), order)
@@ -153,7 +154,7 @@ def _why_invisible(model: Model, parameter: Parameter) -> str:
         return STILL
     turns = parameter.unit.startswith("rad")
     weight, along = np.max([_load_and_slant(model, setup, element) for setup in setups], axis=0)
-    if weight > INVISIBLE * _likely_effect(model.robot, parameter, 1) / reach(model.robot):
+    if weight > INVISIBLE * _likely_effect(model.robot, replace(parameter, power=1), 1) / reach(model.robot):
         return STILL
     if turns and along > 1.0 - INVISIBLE:
         return "its axis is vertical: gravity has no moment about it"

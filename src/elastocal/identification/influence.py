@@ -2,6 +2,8 @@
 
 With whitened residuals r and the hat matrix H = J C J^T, the residuals of a pose under the fit without it are
 (1 - H_ii)^-1 r_i, and to leave it out lowers the sum of squares by r_i . (1 - H_ii)^-1 r_i (Cook and Weisberg, 1982).
+That is also the square of these residuals over their variance. Of a pose with weight w in the fit they are
+(1 - w H_ii)^-1 r_i and the square is r_i . ((1 - w H_ii) (1 + (1 - w) H_ii))^-1 r_i.
 """
 
 from __future__ import annotations
@@ -31,7 +33,8 @@ class Influence:
     Attributes:
         pose: (n,) number of each row's pose.
         coordinates: (poses,) how many were observed.
-        gain: (poses,) by how much the sum of squares falls without the pose; inf where it decides a parameter alone.
+        gain: (poses,) by how much the sum of squares falls without the pose, or, of a pose that has no weight in the
+            fit, would rise with it; inf where it decides a parameter alone.
         left_out: by kind, residuals (n, 3 or 1) under the fit without the row's pose [m or rad]; NaN where nothing was
             observed, inf where the pose decides a parameter alone.
     """
@@ -55,19 +58,27 @@ class _Rows:
         return _Rows(self.rows[chosen], self.kinds, self.deviation[chosen], self.jacobian[chosen])
 
 
-def influence(model: Model, displacements: Array, covariance: Array, variances: Variances) -> Influence:
+def influence(
+    model: Model,
+    displacements: Array,
+    covariance: Array,
+    variances: Variances,
+    pose: NDArray[np.intp] | None = None,
+) -> Influence:
     """The influence of each pose on a fit.
 
     Args:
-        model: that was fitted.
+        model: that was fitted; the rows of one pose have the same weight.
         displacements: (parameters,) of the fit.
         covariance: (parameters, parameters) for unit variance, the inverse of the normal matrix.
         variances: the model variances that it is weighed by.
+        pose: (n,) number of each row's pose; None: as the data have it.
 
     Raises:
         EquilibriumError: a pose does not settle under its load.
     """
-    pose = repeats(model.data)
+    pose = repeats(model.data) if pose is None else pose
+    weights = np.ones(len(pose)) if model.weights is None else model.weights
     count = int(pose.max(initial=-1)) + 1
     found = Influence(pose, np.zeros(count, dtype=int), np.zeros(count), {})
     for kind in dict.fromkeys(kind for setup in model.setups for kind in setup.kinds):
@@ -76,14 +87,14 @@ def influence(model: Model, displacements: Array, covariance: Array, variances: 
     waiting: dict[int, list[_Rows]] = {}
     for block in _blocks(model, displacements, variances):
         alone = block.take(np.flatnonzero(~several[block.rows]))
-        gain, without = _left_out(alone.jacobian, covariance)
+        gain, without = _left_out(alone.jacobian, covariance, weights[alone.rows])
         found.gain[pose[alone.rows]] = gain
         _enter(found, alone, without)
         for i in np.flatnonzero(several[block.rows]):
             waiting.setdefault(int(pose[block.rows[i]]), []).append(block.take(np.array([i])))
     for number, parts in waiting.items():
         together = np.concatenate([part.jacobian for part in parts], axis=1)
-        gain, without = _left_out(together, covariance)
+        gain, without = _left_out(together, covariance, weights[parts[0].rows])
         found.gain[number] = gain[0]
         ends = np.cumsum([part.jacobian.shape[1] for part in parts])[:-1]
         for part, piece in zip(parts, np.split(without, ends, axis=1), strict=True):
@@ -104,15 +115,16 @@ def _blocks(model: Model, displacements: Array, variances: Variances) -> Iterato
         yield _Rows(parts[0].rows, kinds, np.concatenate(deviations, axis=1), np.concatenate(jacobians, axis=1))
 
 
-def _left_out(jacobian: Array, covariance: Array) -> tuple[Array, Array]:
+def _left_out(jacobian: Array, covariance: Array, weights: Array) -> tuple[Array, Array]:
     """Gain (m,) and whitened residuals (m, channels) without each of m poses; their Jacobians have residuals last."""
     own, residual = jacobian[:, :, :-1], jacobian[:, :, -1]
-    remaining = np.eye(own.shape[1]) - (own @ covariance) @ own.swapaxes(1, 2)
-    values, vectors = np.linalg.eigh(remaining)
-    decides = values[:, 0] < LEVERAGE
-    along = np.einsum("mij,mi->mj", vectors, residual) / np.where(values < LEVERAGE, 1.0, values)
-    without = np.einsum("mij,mj->mi", vectors, along)
-    gain = np.einsum("mi,mi->m", residual, without)
+    shares, vectors = np.linalg.eigh((own @ covariance) @ own.swapaxes(1, 2))
+    remaining = 1.0 - weights[:, None] * shares
+    decides = remaining[:, -1] < LEVERAGE
+    remaining = np.maximum(remaining, LEVERAGE)
+    along = np.einsum("mij,mi->mj", vectors, residual)
+    without = np.einsum("mij,mj->mi", vectors, along / remaining)
+    gain = (along**2 / (remaining * (1.0 + (1.0 - weights[:, None]) * shares))).sum(axis=1)
     return np.where(decides, np.inf, gain), np.where(decides[:, None], np.inf, without)
 
 

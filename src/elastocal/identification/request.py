@@ -59,6 +59,12 @@ def requested(
         for pattern in patterns
         if not any(fnmatchcase(name, pattern) for name in parameters)
     ]
+    faults += [
+        f"{option} {pattern}: transition torques are searched for; give them with --transition to hold them"
+        for option, patterns in (("--identify", identify or ()), ("--fix", fix))
+        for pattern in patterns
+        if {p.group for name, p in parameters.items() if fnmatchcase(name, pattern)} == {Group.TRANSITION}
+    ]
     if faults:
         raise InputError(*faults)
     compliances = {f"{element}.{name}" for element in elastic for name in LAWS[robot.elastic[element].law].coefficients}

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from elastocal.chain import Array
 from elastocal.identification.gauge import Gauge
 from elastocal.identification.observability import Observability
+from elastocal.identification.outliers import Outlier
+from elastocal.identification.priors import PriorFit
 from elastocal.identification.statistics import Residuals, Statistics
 from elastocal.identification.transition import Search, TransitionData
 from elastocal.measurements import Measurements
@@ -28,6 +30,8 @@ class IdentifiedParameter:
         verdict: "identified", "insignificant" (a compliance that is zero within two standard deviations), "dependent",
             "unobservable" or "fixed".
         reason: a sentence where the verdict asks for one.
+        data_share: how much of it the data tell, from 0 to 1, where a prior carries the rest; None without a prior.
+        interval: that covers the truth with 95 % confidence; None where it was not identified.
     """
 
     name: str
@@ -37,6 +41,8 @@ class IdentifiedParameter:
     std: float | None
     verdict: str
     reason: str = ""
+    data_share: float | None = None
+    interval: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -85,18 +91,26 @@ class CalibrationResult:
         status: "converged", "not_converged" or "not_identifiable".
         parameters: every parameter of the robot.
         elastic: every elastic element.
-        residuals: statistics of "nominal", "calibrated", "held_out_nominal" and "held_out" rows, the last two if any.
+        residuals: statistics of "nominal", "calibrated", "held_out_nominal" and "held_out" rows, the last two if any;
+            without them "cross_validated", the error to expect on unseen poses: of every row under the fit without its
+            pose.
         observability: of the fitted poses.
         gauge: which parameters were identified, which were not and why.
         names: the identified parameters: those that the gauge keeps, less those held at zero, and the searched
             transition torques of hinges.
         covariance: (names, names); of small rotations for frames.
+        correlated: groups of identified parameters whose errors are correlated by more than 0.95.
         coordinates: how many were observed, three for a position.
+        bootstrap: how many "fits" standard deviations and intervals come from, and how many "failed"; None where they
+            come from the linear covariance.
+        freedom: degrees of freedom: coordinates less what the parameters take of them.
         model_sigma: by kind of observation, what the model leaves unexplained, beyond the stated deviations [m or rad].
         chi2_reduced: sum of squares over degrees of freedom, with the weights used.
         errors: row by row.
+        outliers: rows that do not fit the others, the worst first.
         iterations, seconds: what it took.
         search: how transition torques were found; None where there were none to find.
+        prior: the fit with priors, of joint maps and geometry; None without them.
         settings: what was asked for.
         verdict: one sentence.
         warnings: sentences with a remedy.
@@ -119,11 +133,16 @@ class CalibrationResult:
     errors: RowErrors
     iterations: int
     settings: Mapping[str, object]
+    outliers: tuple[Outlier, ...] = ()
     search: Search | None = None
+    prior: PriorFit | None = None
     seconds: float = 0.0
     verdict: str = ""
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    correlated: tuple[tuple[str, ...], ...] = ()
+    freedom: float = 0.0
+    bootstrap: Mapping[str, int] | None = None
 
     def __str__(self) -> str:
         """The verdict table, in millimetres."""

@@ -24,13 +24,13 @@ class KindSums:
 
     Attributes:
         gram: (parameters + 1, parameters + 1) of the Jacobian with the residual as its last row.
-        count: number of coordinates.
+        count: number of coordinates, each as often as its row's weight says.
         curvature: sum of residual^2 / variance^2.
         stated: whether any of them has a standard deviation of its own.
     """
 
     gram: Array
-    count: int
+    count: float
     curvature: float
     stated: bool
 
@@ -67,18 +67,19 @@ def normal_sums(model: Model, displacements: Array, variances: Variances, held: 
     """
     size = len(model.names) + 1
     grams = {kind: np.zeros((size, size)) for kind in KINDS}
-    counts, curvatures, stated = dict.fromkeys(KINDS, 0), dict.fromkeys(KINDS, 0.0), dict.fromkeys(KINDS, False)
+    counts, curvatures, stated = dict.fromkeys(KINDS, 0.0), dict.fromkeys(KINDS, 0.0), dict.fromkeys(KINDS, False)
     for part in model.parts(displacements, held=held):
         kind, rows = part.kind, part.jacobian
         variance = observation_variance(model.data, part, variances[kind])
-        if variance.size > 1:
-            stated[kind] = True
-            rows /= np.sqrt(variance)
+        weights = np.ones(1) if model.weights is None else model.weights[part.rows]
+        stated[kind] = stated[kind] or variance.size > 1
+        if variance.size > 1 or model.weights is not None:
+            rows *= np.sqrt(weights / variance)
             grams[kind] += (rows @ rows.swapaxes(1, 2)).sum(axis=0)
         else:  # the same for all: divide the small sum instead of the large Jacobian
             grams[kind] += (rows @ rows.swapaxes(1, 2)).sum(axis=0) / variance[0, 0]
-        counts[kind] += part.residual.size
-        curvatures[kind] += float(((part.residual / variance[:, 0]) ** 2).sum())
+        counts[kind] += float(np.broadcast_to(weights, part.residual.shape).sum())
+        curvatures[kind] += float((weights * (part.residual / variance[:, 0]) ** 2).sum())
     return {kind: KindSums(grams[kind], counts[kind], curvatures[kind], stated[kind]) for kind in KINDS if counts[kind]}
 
 

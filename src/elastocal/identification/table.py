@@ -8,12 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from elastocal.chain import Array
-from elastocal.elasticity import CURVES, LAWS
+from elastocal.elasticity import CURVES, LAWS, STEP
 from elastocal.identification.gauge import Gauge
 from elastocal.identification.result import IdentifiedElement, IdentifiedParameter
 from elastocal.identification.transition import TransitionData
 from elastocal.parameters import FRAME_GROUPS, Group, Parameter, parameters_of
 from elastocal.robot import Compliance, Robot
+
+SIGNIFICANT_STEP = 3.5
+"""The two compliances of a step whose torque was searched differ by so many standard deviations of their difference:
+the best of fifty torques finds a difference of three in one linear robot of twenty."""
 
 SIGNIFICANT = 2.0
 """A compliance smaller than this many of its standard deviations may as well be zero."""
@@ -100,7 +104,8 @@ def _sides_differ(element: str, compliance: Compliance, found: Estimates) -> boo
     low, high = (found.names.index(name) for name in names)
     c = found.covariance
     change = compliance.coefficients[1] - compliance.coefficients[0]
-    return bool(abs(change) >= SIGNIFICANT * np.sqrt(c[low, low] + c[high, high] - 2.0 * c[low, high]))
+    least = SIGNIFICANT_STEP if compliance.law == STEP.name else SIGNIFICANT
+    return bool(abs(change) >= least * np.sqrt(c[low, low] + c[high, high] - 2.0 * c[low, high]))
 
 
 def element_table(

@@ -25,12 +25,13 @@ FAR = 200.0
 """A target [m] further from the instrument is one in millimetres."""
 
 
-def load_measurements(paths: str | Path | Sequence[str | Path], robot: Robot) -> Measurements:
+def load_measurements(paths: str | Path | Sequence[str | Path], robot: Robot, *, measured: bool = True) -> Measurements:
     """Read measurements of a robot: CSV, Parquet, or the TOML descriptor of an instrument's own file.
 
     Args:
         paths: one file, or several that are read one after the other.
         robot: whose joints, targets, payloads and stations they name.
+        measured: whether something must have been measured; else a table of joint positions will do.
 
     Raises:
         InputError: with every fault of a file: its place, what was expected and what was found.
@@ -38,7 +39,8 @@ def load_measurements(paths: str | Path | Sequence[str | Path], robot: Robot) ->
     files = [Path(paths)] if isinstance(paths, (str, Path)) else [Path(path) for path in paths]
     require_different(files)
     shared = Counter(path.name for path in files)
-    return concatenate([_load(path, robot, path.name if shared[path.name] == 1 else str(path)) for path in files])
+    sources = [path.name if shared[path.name] == 1 else str(path) for path in files]
+    return concatenate([_load(path, robot, source, measured) for path, source in zip(files, sources, strict=True)])
 
 
 def require_different(paths: Sequence[Path]) -> None:
@@ -63,13 +65,13 @@ def data_hashes(paths: Sequence[str | Path]) -> list[str]:
     return [sha256(described_file(path) if path.suffix.lower() == ".toml" else path) for path in map(Path, paths)]
 
 
-def _load(path: Path, robot: Robot, source: str) -> Measurements:
+def _load(path: Path, robot: Robot, source: str, measured: bool) -> Measurements:
     require_file(path)
     if path.suffix.lower() == ".toml":
         table, data = read_described(path, robot)
     else:
         table = read_table(path)
-        data = read_tidy(table, robot)
+        data = read_tidy(table, robot, measured)
     if table.sound:
         data = _with_default_target(robot, data, table)
         _check_names(robot, data, table)

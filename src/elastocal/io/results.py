@@ -15,10 +15,19 @@ import polars as pl
 
 from elastocal.comparison import Comparison
 from elastocal.errors import InputError
-from elastocal.identification import CalibrationResult, IdentifiedElement, Residuals, Search, Statistics
+from elastocal.identification import (
+    CalibrationResult,
+    IdentifiedElement,
+    Outlier,
+    PriorFit,
+    Residuals,
+    Search,
+    Statistics,
+)
 from elastocal.io.files import require_writable, write_files
 from elastocal.io.robot_toml import robot_to_toml
 from elastocal.measurements import Measurements
+from elastocal.repeatability import Repeatability
 from elastocal.validation import ValidationResult
 
 FORMAT = "elastocal-result/1"
@@ -70,7 +79,7 @@ def require_result_folder(folder: Path, inputs: Iterable[Path] = ()) -> None:
 def result_json(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> str:
     """The result object as JSON, SI units; what is not a finite number is null."""
     seen = result.observability
-    return _dump(
+    return dump(
         {
             "format": FORMAT,
             "robot": result.robot.name,
@@ -85,6 +94,8 @@ def result_json(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> s
                     "std": p.std,
                     "verdict": p.verdict,
                     "reason": p.reason,
+                    "interval": None if p.interval is None else list(p.interval),
+                    "data_share": p.data_share,
                 }
                 for p in result.parameters
             ],
@@ -108,9 +119,15 @@ def result_json(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> s
                 **{f"O{i}": getattr(seen, f"O{i}") for i in range(1, 6)},
             },
             "search": None if result.search is None else search_table(result.search),
+            "transmission": None if result.prior is None or not result.prior.orders else maps_table(result.prior),
+            "tolerance": {} if result.prior is None else result.prior.tolerances,
             "model_sigma": dict(result.model_sigma),
             "chi2_reduced": result.chi2_reduced,
-            "outliers": [],
+            "covariance": {"names": list(result.names), "matrix": result.covariance.tolist()},
+            "correlated": [list(group) for group in result.correlated],
+            "freedom": result.freedom,
+            "bootstrap": result.bootstrap,
+            "outliers": [outlier_table(outlier) for outlier in result.outliers],
             "warnings": list(result.warnings),
             "notes": list(result.notes),
             "iterations": result.iterations,
@@ -133,6 +150,28 @@ def transition_table(element: IdentifiedElement) -> dict[str, Any]:
     }
 
 
+def maps_table(maps: PriorFit) -> dict[str, Any]:
+    """How joint maps were found: orders, the standard deviation in each band, evidence beside no maps."""
+    return {
+        "orders": maps.orders,
+        "bands": [{"first": band.first, "last": band.last, "std": band.std} for band in maps.bands],
+        "log_evidence": {str(orders): value for orders, value in maps.log_evidence.items()},
+    }
+
+
+def outlier_table(outlier: Outlier) -> dict[str, Any]:
+    """A row that does not fit the others; residual in m or rad."""
+    return {
+        "file": outlier.file,
+        "row": outlier.row,
+        "kind": outlier.kind,
+        "residual": outlier.residual,
+        "score": outlier.score,
+        "rejected": outlier.rejected,
+        "hint": outlier.hint,
+    }
+
+
 def search_table(search: Search) -> dict[str, Any]:
     """How transition torques were found; fitness is relative to that of linear laws."""
     return {
@@ -146,7 +185,7 @@ def search_table(search: Search) -> dict[str, Any]:
 
 def validation_json(result: ValidationResult, data_sha256: Sequence[str] = ()) -> str:
     """The outcome of a validation as JSON, SI units."""
-    return _dump(
+    return dump(
         {
             "format": "elastocal-validation/1",
             "robot": result.robot.name,
@@ -154,6 +193,7 @@ def validation_json(result: ValidationResult, data_sha256: Sequence[str] = ()) -
             "residuals": {"held_out": statistics_table(result.statistics)},
             "parts": {name: statistics_table(found) for name, found in result.parts.items()},
             "fitted_frames": list(result.fitted_frames),
+            "repeatability": {kind: repeatability_table(found) for kind, found in result.repeatability.items()},
             "warnings": list(result.warnings),
             "data_sha256": list(data_sha256),
             "version": version("elastocal"),
@@ -163,7 +203,7 @@ def validation_json(result: ValidationResult, data_sha256: Sequence[str] = ()) -
 
 def comparison_json(result: Comparison, data_sha256: Sequence[str] = ()) -> str:
     """Models side by side as JSON, SI units."""
-    return _dump(
+    return dump(
         {
             "format": "elastocal-comparison/1",
             "robot": result.robot,
@@ -198,7 +238,19 @@ def statistics_table(found: Statistics) -> dict[str, Any]:
     return table if found.angle is None else table | {"angle": statistics_table(found.angle)}
 
 
-def _dump(value: Mapping[str, Any]) -> str:
+def repeatability_table(found: Repeatability) -> dict[str, Any]:
+    """Pose accuracy and repeatability of repeated poses [m or rad]."""
+    spread = found.repeatability or (None, None)
+    return {
+        "poses": found.poses,
+        "repeats": {"fewest": found.repeats[0], "most": found.repeats[1]},
+        "AP": {"mean": found.accuracy[0], "max": found.accuracy[1]},
+        "RP": {"poses": found.judged, "mean": spread[0], "max": spread[1]},
+    }
+
+
+def dump(value: Mapping[str, Any]) -> str:
+    """A JSON object; what is not a finite number is null."""
     return json.dumps(_finite(value), indent=1, ensure_ascii=False, allow_nan=False)
 
 
@@ -218,15 +270,16 @@ def save_residuals(result: ValidationResult, path: Path, inputs: Iterable[Path] 
     Raises:
         InputError: the file would overwrite an input, or cannot be written.
     """
-    columns = _places(result.data) | _errors(result.residuals, "")
+    columns = places_of(result.data) | _errors(result.residuals, "")
     write_files(path.parent, {path.name: csv_bytes(columns)}, inputs)
 
 
 def residuals_csv(result: CalibrationResult) -> bytes:
     """Every row's residuals (measured - predicted), nominal and calibrated, in the instrument's frame."""
     errors = result.errors
-    columns = _places(errors.data)
+    columns = places_of(errors.data)
     columns["set"] = np.where(errors.held_out, "held_out", "fitted").tolist()
+    columns["outlier"] = np.isin(np.arange(len(errors.data)), [outlier.index for outlier in result.outliers])
     columns |= _errors(errors.nominal, "nominal_") | _errors(errors.calibrated, "calibrated_")
     return csv_bytes(columns)
 
@@ -241,7 +294,7 @@ def _errors(found: Residuals, prefix: str) -> dict[str, Any]:
     return columns
 
 
-def _places(data: Measurements) -> dict[str, Any]:
+def places_of(data: Measurements) -> dict[str, Any]:
     """Where each row comes from, and its joint positions (rad or m)."""
     columns: dict[str, Any] = {}
     if data.source is not None:

@@ -83,6 +83,15 @@ class TransmissionEntry:
 
 
 @dataclass(config=STRICT)
+class ToleranceEntry:
+    """[tolerance], in the units of the file."""
+
+    length: Positive | None = None
+    angle: Positive | None = None
+    offset: Positive | None = None
+
+
+@dataclass(config=STRICT)
 class RobotEntry:
     """The whole file."""
 
@@ -101,3 +110,4 @@ class RobotEntry:
     elastic: dict[str, ElasticEntry] = field(default_factory=dict)
     transmission: dict[str, TransmissionEntry] = field(default_factory=dict)
     station: dict[str, FrameEntry] = field(default_factory=dict)
+    tolerance: ToleranceEntry = field(default_factory=ToleranceEntry)

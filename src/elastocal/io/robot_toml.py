@@ -97,7 +97,18 @@ def _robot(entry: RobotEntry) -> Robot:
         elastic=elastic,
         transmission={name: JointMap(*_padded(given.sin, given.cos)) for name, given in entry.transmission.items()},
         stations={name: frame(given) for name, given in entry.station.items()},
+        tolerance=_tolerances(entry),
     )
+
+
+def _tolerances(entry: RobotEntry) -> dict[str, float]:
+    units = {
+        "length": UNITS["length"][entry.length_unit],
+        "angle": UNITS["angle"][entry.angle_unit],
+        "offset": UNITS["angle"][entry.angle_unit],
+    }
+    given = {kind: getattr(entry.tolerance, kind) for kind in units}
+    return {kind: value * units[kind] for kind, value in given.items() if value is not None}
 
 
 def _direction(axis: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -133,8 +144,9 @@ def robot_to_toml(robot: Robot) -> str:
             for name, joint_map in robot.transmission.items()
         },
         "station": {name: _frame_table(frame) for name, frame in robot.stations.items()},
+        "tolerance": dict(robot.tolerance),
     }
-    optional = ("target", "load", "coupling", "elastic", "transmission", "station")
+    optional = ("target", "load", "coupling", "elastic", "transmission", "station", "tolerance")
     return tomli_w.dumps({key: value for key, value in tables.items() if value or key not in optional})
 
 

@@ -29,6 +29,8 @@ QUANTITIES = {
 
 NAMES = ("target", "load", "station", "pose")
 
+MEASURED = ("x", "y", "z", "qw", "qx", "qy", "qz", "distance")
+
 ALL_OR_NONE = (
     ("x", "y", "z"),
     ("qw", "qx", "qy", "qz"),
@@ -43,9 +45,17 @@ _LOOSE = re.compile(rf"\s*(?P<name>\w+?)(?:[\s_]*[\s_(\[]\s*(?P<unit>{_UNIT})\s*
 """A header as people also write it: "q1 (deg)", "X_mm"."""
 
 
-def read_tidy(table: Table, robot: Robot) -> Measurements:
-    """The measurements of a tidy table; faults are noted in the table, what they leave is zero."""
+def read_tidy(table: Table, robot: Robot, measured: bool = True) -> Measurements:
+    """The measurements of a tidy table; faults are noted in the table, what they leave is zero.
+
+    Args:
+        table: as it was read.
+        robot: whose joints it has.
+        measured: whether something must have been measured; else joint positions will do.
+    """
     columns = table.headers = _columns(table, robot)
+    if measured and not any(name in columns for name in MEASURED):
+        table.fault("expected something measured: columns x, y, z and/or qw, qx, qy, qz and/or distance, found none")
     joints = [f"q{i + 1}" for i in range(robot.positions)]
     quantities = {joint: "length" if slides else "angle" for joint, slides in zip(joints, sliding(robot), strict=True)}
     quantities |= QUANTITIES
@@ -131,7 +141,7 @@ def _check_unknown(table: Table, header: str, valid: list[str], found: dict[str,
 
 
 def _check_columns(table: Table, robot: Robot, found: dict[str, Header], spare: list[str]) -> None:
-    """Whether there is a column for every joint, and for something measured."""
+    """Whether there is a column for every joint, and all of those that go together."""
     joints = joint_names(robot)
     missing = [joint for joint in joints if joint not in found]
     if missing or spare:
@@ -144,8 +154,6 @@ def _check_columns(table: Table, robot: Robot, found: dict[str, Header], spare: 
         missing = [name for name in group if name not in found]
         if 0 < len(missing) < len(group):
             table.fault(f"expected the columns {', '.join(group)}, or none of them: {', '.join(missing)} missing")
-    if not any(name in found for name in ("x", "y", "z", "qw", "qx", "qy", "qz", "distance")):
-        table.fault("expected something measured: columns x, y, z and/or qw, qx, qy, qz and/or distance, found none")
 
 
 def joint_names(robot: Robot) -> list[str]:

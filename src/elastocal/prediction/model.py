@@ -15,14 +15,43 @@ from elastocal.elasticity import Equilibrium, Spring, at_deflections, settle
 from elastocal.errors import EquilibriumError
 from elastocal.measurements import Combination, Measurements
 from elastocal.prediction.columns import fill_jacobian, target_position, target_rotation
-from elastocal.robot import Assembly, Robot, assemble
+from elastocal.robot import Assembly, Robot, assemble, harmonics
 
-BLOCK = 4000
-"""Poses worked through at once: enough that NumPy's overhead does not count, few enough that a block stays in cache."""
+BLOCK, LEAST_BLOCK, COLUMNS = 4000, 250, 40
+"""Poses worked through at once: enough that NumPy's overhead does not count, few enough that a block stays in cache;
+fewer where there are more columns than COLUMNS."""
 
 np.empty(2**20)
 # The allocator of Linux gives freed blocks back to the system and faults them in again, which takes as long as the
 # whole prediction. Freeing one large array raises the size from which it does so; hence the line above.
+
+
+class MapColumns(NamedTuple):
+    """The coefficients of one joint map among the parameters.
+
+    Attributes:
+        element: index of the driven element in the chain.
+        row: of the element among the moving ones.
+        joint: of the model.
+        orders: how many the map has.
+        chosen: which of its harmonics, (k,).
+        columns: the parameters that these are, (k,).
+    """
+
+    element: int
+    row: int
+    joint: int
+    orders: int
+    chosen: NDArray[np.intp]
+    columns: NDArray[np.intp]
+
+
+class Block(NamedTuple):
+    """Some rows at rest, with the harmonics (k, n) of each joint map that is identified."""
+
+    rows: NDArray[np.intp]
+    state: Equilibrium
+    harmonics: list[Array]
 
 
 @dataclass(frozen=True)
@@ -36,6 +65,7 @@ class Setup:
         coefficients: (spring, number of coefficient) of the identified coefficients; after a law's last one, its
             transition torque.
         columns: the parameters that elements and coefficients are, in this order.
+        maps: the identified joint maps.
     """
 
     assembly: Assembly
@@ -44,6 +74,7 @@ class Setup:
     elements: NDArray[np.intp]
     coefficients: list[tuple[int, int]]
     columns: NDArray[np.intp]
+    maps: list[MapColumns]
 
     @property
     def springs(self) -> tuple[str, ...]:
@@ -79,12 +110,14 @@ class Model:
         data: what is predicted.
         sides: by element, loads (n,) over the data's rows that decide the sides of its law whatever the displacements;
             for the elements that are not in it, the loads of the undeflected configuration do.
+        weights: (n,) how much each row counts, as so many rows like it; a row of weight 0 is left out. None: all one.
     """
 
     robot: Robot
     names: tuple[str, ...]
     data: Measurements
     sides: Mapping[str, Array] = field(default_factory=dict)
+    weights: Array | None = None
 
     @cached_property
     def setups(self) -> tuple[Setup, ...]:
@@ -104,8 +137,21 @@ class Model:
                 if name in columns:
                     coefficients.append((spring, k))
                     used.append(columns[name])
-        index = np.array(elements, dtype=int)
-        return Setup(assembly, found.rows, found.kinds, index, coefficients, np.array(used, dtype=int))
+        index, maps = np.array(elements, dtype=int), self._maps(assembly, columns)
+        return Setup(assembly, found.rows, found.kinds, index, coefficients, np.array(used, dtype=int), maps)
+
+    def _maps(self, assembly: Assembly, columns: Mapping[str, int]) -> list[MapColumns]:
+        chain, found = assembly.mechanism.chain, []
+        for row, (element, drive) in enumerate(zip(chain.moving, assembly.drives, strict=True)):
+            if drive.joint is None or drive.error is None:
+                continue
+            names = [f"{chain.elements[element].name}.{key}" for key in drive.error.coefficients]
+            chosen = [i for i, name in enumerate(names) if name in columns]
+            if chosen:
+                used = np.array([columns[names[i]] for i in chosen])
+                orders = len(drive.error.sin)
+                found.append(MapColumns(element, row, drive.joint, orders, np.array(chosen), used))
+        return found
 
     def displaced(self, displacements: Array) -> Robot:
         """The robot at displacements (parameters,)."""
@@ -124,35 +170,39 @@ class Model:
             EquilibriumError: a pose does not settle under its load.
         """
         for setup in self.setups:
-            for rows, state in self._at_rest(setup, displacements, held):
-                yield from self._observed(setup, rows, state, derivatives, coupled=not held)
+            for block in self._at_rest(setup, displacements, held):
+                yield from self._observed(setup, block, derivatives, coupled=not held)
 
     def undeflected_loads(self, displacements: Array) -> dict[str, Array]:
         """Generalised loads [N m or N] of the undeflected configuration, (n,) over the data's rows, by element."""
         loads: dict[str, Array] = {}
         for setup in self.setups:
-            for rows, state in self._at_rest(setup, displacements, held=True):
+            for rows, state, _ in self._at_rest(setup, displacements, held=True):
                 for name, values in zip(setup.springs, state.statics.loads, strict=True):
                     loads.setdefault(name, np.zeros(len(self.data)))[rows] = values
         return loads
 
-    def _at_rest(
-        self, setup: Setup, displacements: Array, held: bool
-    ) -> Iterator[tuple[NDArray[np.intp], Equilibrium]]:
+    def _at_rest(self, setup: Setup, displacements: Array, held: bool) -> Iterator[Block]:
         """The rows of a setup, block by block, at rest or with their deflections held at zero."""
         values, springs = _displaced(setup, displacements)
         mechanism = setup.assembly.mechanism
         placement = place(mechanism.chain, values)
-        for start in range(0, len(setup.rows), BLOCK):
-            rows = setup.rows[start : start + BLOCK]
+        size = max(LEAST_BLOCK, min(BLOCK, BLOCK * COLUMNS // (len(self.names) + 1)))
+        for start in range(0, len(setup.rows), size):
+            rows = setup.rows[start : start + size]
             wrench = None if self.data.wrench is None else self.data.wrench[rows].T
-            motion = setup.assembly.motion(np.ascontiguousarray(self.data.q[rows].T))
+            q = np.ascontiguousarray(self.data.q[rows].T)
+            motion, turns = setup.assembly.motion(q), setup.assembly.model_positions(q)
+            basis = [harmonics(turns[found.joint], found.orders)[found.chosen] for found in setup.maps]
+            for found, waves in zip(setup.maps, basis, strict=True):
+                motion[found.row] += displacements[found.columns] @ waves
             if held:
                 none = np.zeros((len(springs), len(rows)))
-                yield rows, at_deflections(mechanism, placement, springs, motion, none, wrench)
+                yield Block(rows, at_deflections(mechanism, placement, springs, motion, none, wrench), basis)
                 continue
             try:
-                yield rows, settle(mechanism, placement, springs, motion, wrench, self._sides(setup, rows))
+                state = settle(mechanism, placement, springs, motion, wrench, self._sides(setup, rows))
+                yield Block(rows, state, basis)
             except EquilibriumError as error:
                 row = int(rows[error.pose])
                 raise EquilibriumError(error.element, row, self.data.place(row)) from None
@@ -164,11 +214,10 @@ class Model:
         undecided = np.full(len(self.data), np.nan)
         return np.array([self.sides.get(name, undecided)[rows] for name in setup.springs])
 
-    def _observed(
-        self, setup: Setup, rows: NDArray[np.intp], state: Equilibrium, derivatives: bool, coupled: bool
-    ) -> Iterator[Part]:
+    def _observed(self, setup: Setup, block: Block, derivatives: bool, coupled: bool) -> Iterator[Part]:
+        rows, state, _ = block
         position = target_position(state)
-        columns = self._columns(setup, state, coupled) if derivatives else None
+        columns = self._columns(setup, block, coupled) if derivatives else None
         for kind in setup.kinds:
             residual = _residual(self.data.observed(kind)[rows], kind, position, state)
             jacobian = np.empty((0, 0, 0))
@@ -177,9 +226,9 @@ class Model:
                 jacobian[:, -1] = residual
             yield Part(kind, rows, residual, jacobian)
 
-    def _columns(self, setup: Setup, state: Equilibrium, coupled: bool) -> Array:
+    def _columns(self, setup: Setup, block: Block, coupled: bool) -> Array:
         """(3 or 6, parameters + 1, n), the last row not filled in."""
-        count, n = len(self.names), state.remainder.shape[1]
+        state, count, n = block.state, len(self.names), len(block.rows)
         channels = 6 if "orientation" in setup.kinds else 3
         if np.array_equal(setup.columns, np.arange(count)):
             columns = np.empty((channels, count + 1, n))
@@ -189,6 +238,11 @@ class Model:
         fill_jacobian(state, setup.elements, setup.coefficients, coupled, found)
         columns = np.zeros((channels, count + 1, n))
         columns[:, setup.columns] = found
+        if setup.maps:
+            turned = np.empty((channels, len(setup.maps), n))
+            fill_jacobian(state, np.array([each.element for each in setup.maps]), [], coupled, turned)
+            for i, (each, waves) in enumerate(zip(setup.maps, block.harmonics, strict=True)):
+                columns[:, each.columns] = turned[:, i, None] * waves
         return columns
 
 

@@ -1,6 +1,16 @@
 """Reports: sections of text and tables, and how they look on a terminal."""
 
-from elastocal.report.sections import Section, calibration_sections, comparison_sections, validation_sections
+from elastocal.report.precision import difference_sections, uncertainty_sections
+from elastocal.report.sections import calibration_sections, comparison_sections, validation_sections
+from elastocal.report.table import Section
 from elastocal.report.terminal import print_sections
 
-__all__ = ["Section", "calibration_sections", "comparison_sections", "print_sections", "validation_sections"]
+__all__ = [
+    "Section",
+    "calibration_sections",
+    "comparison_sections",
+    "difference_sections",
+    "print_sections",
+    "uncertainty_sections",
+    "validation_sections",
+]

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Sequence
 from math import pi
 
 from elastocal.identification import CalibrationResult
-from elastocal.report.sections import Section, with_deviation
+from elastocal.report.sections import with_deviation
+from elastocal.report.table import Section
 from elastocal.reproduction import Figures, Paper, ParameterRow, Reproduction, ha006, stiffness_analysis
 from elastocal.reproduction.nonlinear_stiffness import (
     BEFORE,

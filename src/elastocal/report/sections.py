@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 
 from elastocal.comparison import Comparison
 from elastocal.identification import CalibrationResult, IdentifiedElement, IdentifiedParameter, Statistics
+from elastocal.repeatability import FEWEST, Repeatability
+from elastocal.report.maps import maps_section
+from elastocal.report.table import Section
 from elastocal.validation import ValidationResult
 
 LABELS = {
     "nominal": "nominal, fitted",
     "calibrated": "calibrated, fitted",
+    "cross_validated": "expected, unseen poses",
     "held_out_nominal": "nominal, held-out",
     "held_out": "calibrated, held-out",
 }
@@ -33,16 +36,6 @@ STIFFNESS = {"rad/(N·m)": ("kN·m/rad", 1e-3), "m/N": ("N/µm", 1e-6)}
 """Units of the inverse of a compliance, and their factors from SI."""
 
 
-@dataclass(frozen=True)
-class Section:
-    """A title, a table of text (the first column is left-aligned, the rest right) and sentences below it."""
-
-    title: str
-    header: tuple[str, ...] = ()
-    rows: tuple[tuple[str, ...], ...] = ()
-    sentences: tuple[str, ...] = ()
-
-
 def error_section(title: str, found: Mapping[str, Statistics], verdict: str) -> Section:
     """Errors by name: rows, mean, max, rms in mm, and the mean angle where orientations were measured."""
     angles = any(statistics.angle for statistics in found.values())
@@ -54,9 +47,24 @@ def error_section(title: str, found: Mapping[str, Statistics], verdict: str) -> 
     return Section(title, header, tuple(rows), (verdict,))
 
 
+def outlier_section(result: CalibrationResult, most: int = 10) -> Section:
+    """Rows that do not fit the others, the worst first."""
+    rows = []
+    for o in result.outliers[:most]:
+        unit = "mrad" if o.kind == "orientation" else "mm"
+        became = "left out" if o.rejected else "fitted"
+        rows.append((o.file or "data", str(o.row), o.kind, f"{1e3 * o.residual:.3g} {unit}", f"{o.score:.3g}", became))
+    header = ("outliers", "row", "observation", "off by", "score", "")
+    more = len(result.outliers) - most
+    sentences = [f"{more} more are in result.json and residuals.csv (-o DIR)."] if more > 0 else []
+    explained = "Off by: from the fit of the other rows; score: root of F, about 1 for a good row."
+    return Section("Outliers", header, tuple(rows), (*sentences, explained))
+
+
 def parameter_section(result: CalibrationResult) -> Section:
     """What was identified, with standard deviations; what was not, counted."""
-    shown = [p for p in result.parameters if p.std is not None and not _elastic(p)]
+    maps = {f"{e}.{key}" for e, found in result.robot.transmission.items() for key in found.coefficients}
+    shown = [p for p in result.parameters if p.std is not None and not _elastic(p) and p.name not in maps]
     rows = []
     for p in shown:
         unit, scale = DISPLAY[p.unit]
@@ -90,7 +98,16 @@ def elastic_section(result: CalibrationResult) -> Section:
     """Compliance and stiffness of each elastic element, and how its transition torque was found."""
     rows = [row for element in result.elastic for row in _elastic_rows(element, result)]
     header = ("compliance", "unit", "identified", "±", "stiffness", "verdict")
-    return Section("Compliance", header, tuple(rows), tuple(_how_found(result)))
+    return Section("Compliance", header, tuple(rows), (*_torque_intervals(result), *_how_found(result)))
+
+
+def _torque_intervals(result: CalibrationResult) -> Iterator[str]:
+    """Where transition torques lie with 95 % confidence, which their standard deviations do not tell."""
+    for p in result.parameters:
+        if p.name.endswith(".transition_torque") and p.interval is not None:
+            low, high = p.interval
+            reach = f"between {low:.4g} and {high:.4g}" if math.isfinite(high) else f"above {low:.4g}"
+            yield f"{p.name.replace('.transition_torque', ' torque')}: {reach} {p.unit} with 95 % confidence."
 
 
 def _how_found(result: CalibrationResult) -> list[str]:
@@ -100,10 +117,9 @@ def _how_found(result: CalibrationResult) -> list[str]:
         return []
     if search.method == "exact":
         compared = "all combinations compared" if search.proven else "best found by exchange"
-        return [f"Transition torques: exact search, {compared}, {1e3 * search.seconds:.0f} ms."]
+        return [f"Transition torques: exact search, {compared}."]
     return [
-        f"Transition torques: genetic algorithm, {search.fits} fits in {len(search.history)} generations, "
-        f"{search.seconds:.1f} s."
+        f"Transition torques: genetic algorithm, {search.fits} fits in {len(search.history)} generations."
     ]
 
 
@@ -140,16 +156,41 @@ def calibration_sections(result: CalibrationResult) -> list[Section]:
     sections = [
         error_section(f"{result.robot.name}: {result.status.replace('_', ' ')}", result.residuals, result.verdict)
     ]
+    if result.outliers:
+        sections.append(outlier_section(result))
     sections.append(parameter_section(result))
     if result.elastic:
         sections.append(elastic_section(result))
+    if result.prior and result.prior.orders:
+        sections.append(maps_section(result))
     return sections + advice_sections(result.warnings, result.notes)
 
 
 def validation_sections(result: ValidationResult) -> list[Section]:
     """All sections on a validation."""
     found = {"all rows": result.statistics, **result.parts}
-    return [error_section(f"{result.robot.name}: validation", found, result.verdict), *advice_sections(result.warnings)]
+    sections = [error_section(f"{result.robot.name}: validation", found, result.verdict)]
+    if result.repeatability:
+        sections.append(repeatability_section(result.repeatability))
+    return sections + advice_sections(result.warnings)
+
+
+def repeatability_section(found: Mapping[str, Repeatability]) -> Section:
+    """Pose accuracy AP and repeatability RP of repeated poses."""
+    rows = []
+    for kind, r in found.items():
+        unit = "mrad" if kind == "orientation" else "mm"
+        fewest, most = r.repeats
+        times = f"{fewest}" if fewest == most else f"{fewest}-{most}"
+        spread = ("", "") if r.repeatability is None else tuple(_fixed(1e3 * value, 4) for value in r.repeatability)
+        accuracy = (_fixed(1e3 * value, 4) for value in r.accuracy)
+        rows.append((kind, unit, str(r.poses), times, *accuracy, *spread))
+    header = ("repeated poses", "unit", "poses", "times", "AP mean", "AP max", "RP mean", "RP max")
+    explained = (
+        "After ISO 9283: AP from the predicted pose to the barycentre of its repeats, RP their mean distance from it "
+        f"plus three standard deviations, of poses measured {FEWEST} times or more."
+    )
+    return Section("Accuracy and repeatability", header, tuple(rows), (explained,))
 
 
 def comparison_sections(result: Comparison) -> list[Section]:

@@ -2,7 +2,7 @@
 
 from elastocal.robot.assembly import Assembly, Drive, assemble
 from elastocal.robot.frames import FRAME_KEYS, Frame
-from elastocal.robot.model import Compliance, JointMap, Payload, Robot
+from elastocal.robot.model import Compliance, JointMap, Payload, Robot, harmonics
 from elastocal.robot.rows import CONVENTIONS, DH_KEYS, JOINT_KEYS, ROTATION_KEYS, Convention, Joint, Row
 
 __all__ = [
@@ -22,4 +22,5 @@ __all__ = [
     "Robot",
     "Row",
     "assemble",
+    "harmonics",
 ]

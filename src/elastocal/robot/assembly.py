@@ -37,9 +37,13 @@ class Assembly:
     drives: tuple[Drive, ...]
     coupling: Array | None
 
+    def model_positions(self, q: Array) -> Array:
+        """Joint positions of the model (model joints, n) at the controller's q (joints, n)."""
+        return q if self.coupling is None else self.coupling @ q
+
     def motion(self, q: Array) -> Array:
         """Positions of the moving elements (moving, n) at the controller's joint positions q (joints, n)."""
-        model = q if self.coupling is None else self.coupling @ q
+        model = self.model_positions(q)
         motion = np.zeros((len(self.drives), q.shape[1]))
         for row, drive in zip(motion, self.drives, strict=True):
             if drive.joint is not None:

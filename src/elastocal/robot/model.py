@@ -41,6 +41,12 @@ class Compliance:
         return cls(law, (0.0,) * len(LAWS[law].coefficients), transition_torque)
 
 
+def harmonics(q: Array, orders: int) -> Array:
+    """The waves sin q, cos q, sin 2q, cos 2q, … at joint positions (n,), (2 orders, n)."""
+    powers = np.cumprod(np.broadcast_to(np.exp(1j * q), (orders, len(q))), axis=0)
+    return np.stack([powers.imag, powers.real], axis=1).reshape(2 * orders, len(q))
+
+
 @dataclass(frozen=True)
 class JointMap:
     """A drive's transmission error, sum_h sin[h-1] sin(h q) + cos[h-1] cos(h q) [rad or m] at joint position q."""
@@ -48,10 +54,20 @@ class JointMap:
     sin: tuple[float, ...] = ()
     cos: tuple[float, ...] = ()
 
+    @property
+    def coefficients(self) -> dict[str, float]:
+        """By name: "sin1", "cos1", "sin2", …."""
+        pairs = enumerate(zip(self.sin, self.cos, strict=True), start=1)
+        return {f"{key}{h}": value for h, pair in pairs for key, value in zip(("sin", "cos"), pair, strict=True)}
+
     def at(self, q: Array) -> Array:
         """The error at joint positions (n,) of the model, after coupling and before sign."""
-        orders = np.arange(1, len(self.sin) + 1)[:, None]
-        return self.sin @ np.sin(orders * q) + self.cos @ np.cos(orders * q)
+        return np.array(list(self.coefficients.values())) @ harmonics(q, len(self.sin))
+
+    def changed(self, deltas: Mapping[str, float]) -> JointMap:
+        """The map with something added to coefficients, by name."""
+        values = [value + deltas.get(name, 0.0) for name, value in self.coefficients.items()]
+        return JointMap(tuple(values[::2]), tuple(values[1::2]))
 
 
 @dataclass(frozen=True)
@@ -69,6 +85,7 @@ class Robot:
         elastic: compliance by element name.
         transmission: joint maps by the names of driven elements.
         stations: instrument_T_base by the name of the instrument's station.
+        tolerance: standard deviation of what rows are built to, by kind: "length" [m], "angle" and "offset" [rad].
     """
 
     name: str
@@ -84,6 +101,7 @@ class Robot:
     elastic: Mapping[str, Compliance] = field(default_factory=dict)
     transmission: Mapping[str, JointMap] = field(default_factory=dict)
     stations: Mapping[str, Frame] = field(default_factory=dict)
+    tolerance: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def joints(self) -> tuple[Row, ...]:
@@ -163,6 +181,10 @@ class Robot:
             if "transition_torque" in changed:
                 torque = (torque or 0.0) + changed["transition_torque"]
             elastic[element] = Compliance(compliance.law, tuple(values), torque)
+        maps = {
+            element: found.changed(take(element, tuple(found.coefficients)))
+            for element, found in self.transmission.items()
+        }
         if remaining:
             raise KeyError(f"no parameters of {self.name}: {', '.join(remaining)}")
-        return replace(self.with_frames(frames), rows=tuple(rows), elastic=elastic)
+        return replace(self.with_frames(frames), rows=tuple(rows), elastic=elastic, transmission=maps)

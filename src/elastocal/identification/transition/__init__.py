@@ -10,7 +10,7 @@ from elastocal.identification.transition.request import (
     with_known_torques,
     with_transition,
 )
-from elastocal.identification.transition.search import Search, problem_of
+from elastocal.identification.transition.search import Search, linear_model, problem_of
 from elastocal.identification.transition.trial import Problem, Trial, fit_anew
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "fit_anew",
     "free_torques",
     "given_torques",
+    "linear_model",
     "problem_of",
     "searched_laws",
     "transitions_of",

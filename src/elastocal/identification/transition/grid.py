@@ -73,7 +73,7 @@ def load_grid(loads: Array, smooth: bool, most: int = MOST, within: tuple[float,
     """
     sizes = np.abs(loads)
     ordered = np.sort(sizes)
-    gaps = np.flatnonzero(np.diff(ordered) > SAME * ordered[-1])
+    gaps = group_starts(ordered, SAME * float(ordered[-1]))[1:] - 1
     torques = 0.5 * (ordered[gaps] + ordered[gaps + 1])[FEWEST - 1 : len(gaps) - FEWEST + 1]
     torques = torques[(within[0] <= torques) & (torques <= within[1])]
     if not len(torques):
@@ -82,3 +82,12 @@ def load_grid(loads: Array, smooth: bool, most: int = MOST, within: tuple[float,
     if len(torques) <= most:
         return Grid(sizes, torques, smooth, True)
     return Grid(sizes, torques[np.linspace(0, len(torques) - 1, most).round().astype(int)], smooth, False)
+
+
+def group_starts(ordered: Array, least: float) -> NDArray[np.intp]:
+    """Where groups of like loads start in ascending ones (n,): a group's loads exceed its first by at most `least`."""
+    starts, start = [], 0
+    while start < len(ordered):
+        starts.append(start)
+        start = int(np.searchsorted(ordered, ordered[start] + least, side="right"))
+    return np.array(starts, dtype=np.intp)

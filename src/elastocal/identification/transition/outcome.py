@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from elastocal.chain import Array
 from elastocal.elasticity import HINGE
-from elastocal.identification.transition.grid import SAME
+from elastocal.identification.transition.grid import SAME, group_starts
+from elastocal.identification.transition.likelihood import Interval, torque_intervals
 from elastocal.identification.transition.profile import profile_of
 from elastocal.identification.transition.search import Search
 from elastocal.identification.transition.trial import Problem, Trial
@@ -23,6 +24,7 @@ class TransitionData:
         gap: the largest load below it and the smallest above it [N m or N].
         below, above: how many different loads there are on each side.
         searched: whether the torque was searched; else it was given.
+        interval: that covers the true torque with 95 % confidence; None if it was given.
     """
 
     spread: float
@@ -30,26 +32,36 @@ class TransitionData:
     below: int
     above: int
     searched: bool
+    interval: Interval | None = None
 
 
-def transitions_of(problem: Problem, trial: Trial, search: Search | None) -> dict[str, TransitionData]:
+def transitions_of(
+    problem: Problem, trial: Trial, search: Search | None, reach: float = 1.96
+) -> dict[str, TransitionData]:
     """The data on both sides of a fit's transition torques, by element.
 
     Args:
         problem: that was fitted.
         trial: the fit.
         search: how the torques were found.
+        reach: so many standard deviations an interval reaches to both sides.
     """
     searched = search is not None and search.method != "given"
-    spreads = _spreads(problem.after(trial), trial) if searched else dict.fromkeys(trial.torques, 0.0)
+    fitted = replace(problem.after(trial), variances=trial.solution.variances)
+    spreads = _spreads(fitted, trial) if searched else dict.fromkeys(trial.torques, 0.0)
+    intervals = torque_intervals(fitted, trial, reach) if searched else {}
     found = {}
     for element, torque in trial.torques.items():
         sizes = np.sort(np.abs(trial.loads[element]))
         below, above = sizes[sizes < torque], sizes[sizes >= torque]
         gap = float(below[-1]) if len(below) else 0.0, float(above[0]) if len(above) else float("inf")
-        least = SAME * float(sizes[-1])
         found[element] = TransitionData(
-            spreads[element], gap, _different(below, least), _different(above, least), searched
+            spreads[element],
+            gap,
+            _different(below, sizes[-1:]),
+            _different(above, sizes[-1:]),
+            searched,
+            intervals.get(element),
         )
     return found
 
@@ -70,7 +82,8 @@ def _spreads(problem: Problem, trial: Trial) -> dict[str, float]:
         misfits = profile.misfits(tried)
         rise = (misfits - misfits.min()) / (max(float(misfits.min()), 1e-300) / max(freedom, 1))
         low, high = trial.gaps.get(element, (0.0, 0.0))
-        width = np.gradient(grid.torques) if len(grid.torques) > 1 else np.array([high - low])
+        only = np.array([(high - low) or float(np.ptp(grid.loads)) or 1.0])
+        width = np.gradient(grid.torques) if len(grid.torques) > 1 else only
         weights = width * np.exp(-0.5 * rise)
         weights /= weights.sum()
         mean = weights @ grid.torques
@@ -79,8 +92,9 @@ def _spreads(problem: Problem, trial: Trial) -> dict[str, float]:
     return spreads
 
 
-def _different(ordered: Array, least: float) -> int:
-    return int((np.diff(ordered) > least).sum()) + 1 if len(ordered) else 0
+def _different(ordered: Array, largest: Array) -> int:
+    """How many different loads there are among ordered ones (n,), by the largest of all."""
+    return len(group_starts(ordered, SAME * float(largest.max(initial=0.0))))
 
 
 def free_torques(trial: Trial, search: Search | None) -> tuple[str, ...]:

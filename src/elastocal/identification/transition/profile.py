@@ -126,8 +126,9 @@ def profile_of(
     met = [np.zeros((len(x.weights), len(x.grid.torques) + 1, len(linear))) for x in excesses]
     shared = {(e, f): _empty(excesses[e], excesses[f], same=e == f) for e, f in pairs}
     for part in model.parts(displacements):
-        deviations = np.sqrt(observation_variance(model.data, part, variances[part.kind]))
-        jacobian = linear @ (part.jacobian / deviations)
+        variance = observation_variance(model.data, part, variances[part.kind])
+        weights = np.ones(1) if model.weights is None else model.weights[part.rows]
+        jacobian = linear @ (part.jacobian * np.sqrt(weights / variance))
         gram += np.matmul(jacobian, jacobian.swapaxes(1, 2)).sum(axis=0)
         for total, x in zip(met, excesses, strict=True):
             _add_met(total, x, jacobian, part.rows)

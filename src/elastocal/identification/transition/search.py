@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from elastocal.chain import Array
 from elastocal.errors import EquilibriumError
 from elastocal.identification.solver import fit
 from elastocal.identification.sums import misfit_of, normal_sums
@@ -53,7 +54,9 @@ class Search:
     seconds: float = 0.0
 
 
-def problem_of(robot: Robot, names: tuple[str, ...], data: Measurements, laws: Mapping[str, str]) -> Problem:
+def problem_of(
+    robot: Robot, names: tuple[str, ...], data: Measurements, laws: Mapping[str, str], weights: Array | None = None
+) -> Problem:
     """The start of all fits: the fit with linear laws on the elements of `laws`; the robot as it is if there are none.
 
     Args:
@@ -61,17 +64,16 @@ def problem_of(robot: Robot, names: tuple[str, ...], data: Measurements, laws: M
         names: the identified parameters, both coefficients of each of these elements among them.
         data: the rows to fit.
         laws: step or hinge, by element.
+        weights: (n,) how much each row counts; None: all one.
 
     Raises:
         EquilibriumError: the robot does not settle.
     """
     if not laws:
-        return Problem(robot, names, data, {}, {}, 0.0, np.zeros(len(names)), {}, {}, {})
-    elastic = {**robot.elastic, **{element: Compliance.rigid("linear") for element in laws}}
-    kept = [name for name in names if name.rpartition(".")[0] not in laws] + [f"{element}.c" for element in laws]
-    model = Model(replace(robot, elastic=elastic), tuple(kept), data)
-    solution = fit(model, np.zeros(len(kept)))
-    found = dict(zip(kept, solution.displacements.tolist(), strict=True))
+        return Problem(robot, names, data, {}, {}, 0.0, np.zeros(len(names)), {}, {}, {}, weights)
+    model = replace(linear_model(robot, names, data, laws), weights=weights)
+    solution = fit(model, np.zeros(len(model.names)))
+    found = dict(zip(model.names, solution.displacements.tolist(), strict=True))
     for element in laws:
         for key, known in zip(("c_low", "c_high"), robot.elastic[element].coefficients, strict=True):
             found[f"{element}.{key}"] = found[f"{element}.c"] - known
@@ -80,7 +82,14 @@ def problem_of(robot: Robot, names: tuple[str, ...], data: Measurements, laws: M
     middle = {element: float(np.median(grid.torques)) for element, grid in grids.items()}
     start = np.array([found[name] for name in names])
     misfit = misfit_of(normal_sums(model, solution.displacements, solution.variances))
-    return Problem(robot, names, data, laws, solution.variances, misfit, start, middle, loads, grids)
+    return Problem(robot, names, data, laws, solution.variances, misfit, start, middle, loads, grids, weights)
+
+
+def linear_model(robot: Robot, names: tuple[str, ...], data: Measurements, laws: Mapping[str, str]) -> Model:
+    """The model with linear laws on the elements of `laws`; see `problem_of`."""
+    elastic = {**robot.elastic, **{element: Compliance.rigid("linear") for element in laws}}
+    kept = [name for name in names if name.rpartition(".")[0] not in laws] + [f"{element}.c" for element in laws]
+    return Model(replace(robot, elastic=elastic), tuple(kept), data)
 
 
 def search_exactly(problem: Problem, seed: int = 0) -> tuple[Trial, Search]:

@@ -14,6 +14,7 @@ from elastocal.identification.solver import Solution, descend, fit
 from elastocal.identification.sums import Variances, misfit_of, normal_sums
 from elastocal.identification.transition.grid import Grid, grids_of
 from elastocal.measurements import Measurements
+from elastocal.parameters import parameters_of
 from elastocal.prediction import Model
 from elastocal.robot import Robot
 
@@ -39,6 +40,7 @@ class Problem:
         torques: its transition torques, by element.
         loads: its loads of the undeflected configuration, (n,) by element: they decide the sides of the next one.
         grids: the transition torques that these loads allow, by element.
+        weights: (n,) how much each row counts; None: all one.
     """
 
     robot: Robot
@@ -51,6 +53,7 @@ class Problem:
     torques: Mapping[str, float]
     loads: Mapping[str, Array]
     grids: Mapping[str, Grid]
+    weights: Array | None = None
 
     def model(self, torques: Mapping[str, float]) -> Model:
         """The robot with these transition torques, the sides of steps frozen."""
@@ -59,7 +62,7 @@ class Problem:
             elastic[element] = replace(elastic[element], transition_torque=torque)
         steps = [e for e, found in elastic.items() if found.law == STEP.name and e in self.loads]
         robot = replace(self.robot, elastic=elastic)
-        return Model(robot, self.names, self.data, {element: self.loads[element] for element in steps})
+        return Model(robot, self.names, self.data, {element: self.loads[element] for element in steps}, self.weights)
 
     def torques_of(self, combination: Iterable[int]) -> dict[str, float]:
         """The transition torques by element, from their numbers in the grids."""
@@ -67,7 +70,10 @@ class Problem:
 
     def after(self, trial: Trial) -> Problem:
         """The problem with a trial as the fit that the next one starts from."""
-        start, grids = trial.solution.displacements, grids_of(trial.loads, self.laws)
+        moved = dict(zip(trial.model.names, trial.solution.displacements.tolist(), strict=True))
+        parameters = parameters_of(self.robot)
+        at_zero = {name: -(parameters[name].nominal or 0.0) for name in self.names if name not in moved}  # held there
+        start, grids = np.array([{**moved, **at_zero}[name] for name in self.names]), grids_of(trial.loads, self.laws)
         return replace(self, start=start, torques=trial.torques, loads=trial.loads, grids=grids)
 
 
