@@ -1,8 +1,8 @@
 """What joint maps gain on a real robot, and what they cost on one without transmission error.
 
-`python studies/joint_maps.py UR10_FOLDER`, a folder with robot.toml, series_b.toml and series_c.toml. Held-out errors are
-means in mm; the simulated arms are those of transition_recovery.py with linear joints, measured at 60 poses. The last
-result is in joint_maps.txt.
+`python studies/joint_maps.py UR10_FOLDER`, a folder with robot.toml, series_b.toml and series_c.toml. Held-out errors
+are means in mm; the simulated arms are those of transition_recovery.py with linear joints, measured at 60 poses. The
+last result is in joint_maps.txt.
 """
 
 from __future__ import annotations
@@ -64,8 +64,9 @@ def simulated() -> None:
             for orders in (0, ORDERS)
         ]
         ratios.append(errors[1] / errors[0])
-    print(f"{ARMS} arms without transmission error: maps of {ORDERS} orders cost {100 * (np.mean(ratios) - 1):.2f} % of")
-    print(f"the held-out error on average, {100 * (max(ratios) - 1):.2f} % at worst")
+    mean, worst = 100.0 * (np.mean(ratios) - 1.0), 100.0 * (max(ratios) - 1.0)
+    print(f"{ARMS} arms without transmission error: maps of {ORDERS} orders cost {mean:.2f} % of the held-out error on")
+    print(f"average, {worst:.2f} % at worst", flush=True)
 
 
 if __name__ == "__main__":

@@ -71,11 +71,9 @@ def outcome(family: str, loss: str, seed: int) -> Outcome:
     reference = calibrate(nominal, clean.take(good), elastic=elastic)
     errors = [residuals(found.robot, held_out).norms.mean() for found in (result, reference)]
     named = [found.index for found in result.outliers]
-    alone = (
-        np.nan
-        if family in ("hinge", "step")
-        else residuals(robust_alone(nominal, data, elastic, loss), held_out).norms.mean()
-    )
+    alone = np.nan
+    if family in ("rigid", "linear"):
+        alone = residuals(robust_alone(nominal, data, elastic, loss), held_out).norms.mean()
     missed = len(np.intersect1d(named, wrong)), len(np.setdiff1d(named, wrong))
     return Outcome(errors[0] / errors[1], *missed, alone / errors[1], result.seconds)
 

@@ -40,7 +40,7 @@ FAULTS = {
             "row 2 (\"elbow\"): no key 'alfa'; did you mean 'alpha'? (valid: name, alpha, a, beta, b, theta, d, xyz, "
             "rpy, axis, joint, sign, limits, mass, com, stiffness)",
             "load.heavy: no key 'mas'; did you mean 'mass'? (valid: mass, com)",
-            f"no key 'tol'; did you mean 'tool'? (valid: {FORMAT}elastic, transmission, station)",
+            f"no key 'tol'; did you mean 'tool'? (valid: {FORMAT}elastic, transmission, station, tolerance)",
         ],
     ),
     "missing keys": (

@@ -170,7 +170,8 @@ def test_a_coefficient_that_rests_on_few_loads_is_told(torque: float, key: str, 
     result = calibrate(arm(), data, elastic={"2": "step"}, transition=[torque])
     count = getattr(result.elastic[0].transition, where)
     assert 0 < count < 6
-    expected = f"2.theta.{key} rests on {count} different load{'' if count == 1 else 's'} {where} {torque:g} N·m: measure more poses"
+    loads = "load" if count == 1 else "loads"
+    expected = f"2.theta.{key} rests on {count} different {loads} {where} {torque:g} N·m: measure more poses"
     (told,) = [warning for warning in result.warnings if "rests on" in warning]
     assert told.startswith(expected)
 

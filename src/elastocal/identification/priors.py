@@ -28,6 +28,9 @@ MOST_ORDERS = 360
 WIDER = 1.65
 """How much further each band beyond these reaches than the one before."""
 
+NO_MORE = 1.0
+"""Orders whose log evidence is higher by less than this are not worth having."""
+
 KINDS = ("length", "angle", "offset")
 """Kinds of geometry that share a prior: lengths [m], angles and joint offsets [rad]."""
 
@@ -160,7 +163,7 @@ def fit_prior(
     if orders is None:
         sums = normal_sums(extended, start, solution.variances)
         evidence = _evidence(extended.names, sums, start, groups)
-        most = max(evidence, key=lambda count: evidence[count])
+        most = min(count for count in ENDS if evidence[count] > max(evidence.values()) - NO_MORE)
         kept = groups.up_to(most, extended.names)
         robot = with_maps(model.robot, most) if most else model.robot
         extended = replace(extended, robot=robot, names=tuple(extended.names[i] for i in kept))

@@ -118,9 +118,7 @@ def _how_found(result: CalibrationResult) -> list[str]:
     if search.method == "exact":
         compared = "all combinations compared" if search.proven else "best found by exchange"
         return [f"Transition torques: exact search, {compared}."]
-    return [
-        f"Transition torques: genetic algorithm, {search.fits} fits in {len(search.history)} generations."
-    ]
+    return [f"Transition torques: genetic algorithm, {search.fits} fits in {len(search.history)} generations."]
 
 
 def _elastic_rows(element: IdentifiedElement, result: CalibrationResult) -> list[tuple[str, ...]]:
