@@ -35,7 +35,14 @@ def linear_data(seed: int, spread: tuple[float, ...], rows: int = 400, noise: fl
 def flat_prior(groups: int, optional: bool = True) -> Prior:
     names = tuple(str(i) for i in range(groups))
     flags = np.full(groups, optional)
-    return Prior(names, np.repeat(np.arange(groups), 10), np.ones(groups), np.zeros(groups, dtype=bool), flags)
+    return Prior(
+        names,
+        np.repeat(np.arange(groups), 10),
+        np.ones(groups),
+        np.zeros(groups, dtype=bool),
+        flags,
+        np.full(groups, NOTHING),
+    )
 
 
 def test_variances_of_groups_and_of_the_noise_are_found():
@@ -71,7 +78,14 @@ def test_evidence_is_the_density_of_the_data():
     sums = {"position": KindSums(whole.T @ whole, 6, 0.0, True)}
     densities, evidences = [], []
     for spread in (0.5, 2.0):
-        prior = Prior(("a",), np.zeros(3, dtype=int), np.array([spread**2]), np.array([True]), np.array([False]))
+        prior = Prior(
+            ("a",),
+            np.zeros(3, dtype=int),
+            np.array([spread**2]),
+            np.array([True]),
+            np.array([False]),
+            np.array([NOTHING]),
+        )
         evidences.append(most_likely(sums, np.zeros(3), prior).log_evidence)
         covariance = np.eye(6) + spread**2 * matrix @ matrix.T
         densities.append(-0.5 * (np.linalg.slogdet(covariance)[1] + y @ np.linalg.solve(covariance, y)))

@@ -204,6 +204,7 @@ def _notes(result: CalibrationResult) -> Iterator[str]:
             )
     if result.search is not None and result.search.method == "exact" and not result.search.proven:
         yield "the transition torques are the best that were found: not all combinations were compared"
+    yield from _on_chi2(result)
     yield from _on_priors(result)
     yield from _on_precision(result)
     dependent = sum(dropped.verdict == "dependent" for dropped in gauge.dropped.values())
@@ -211,10 +212,28 @@ def _notes(result: CalibrationResult) -> Iterator[str]:
         yield f"{dependent} parameters keep their nominal values: identified ones move the target just as they do"
 
 
+def _on_chi2(result: CalibrationResult) -> Iterator[str]:
+    """What the model leaves unexplained, and what reduced chi-square says of it."""
+    data = result.errors.data
+    stated = data.sigma is not None or data.sigma_angle is not None
+    several = {c for c in result.model_sigma if " " in c}
+    units = {"position": "mm per axis", "orientation": "mrad per axis", "distance": "mm"}
+    shown = {c: s for c, s in result.model_sigma.items() if c in several or not several}
+    told = ", ".join(f"{1e3 * s:.2g} {units[c.partition(' ')[0]]} of the {c}" for c, s in shown.items())
+    if not told or result.freedom < 1.0:
+        return
+    beyond = "beyond the stated standard deviations" if stated else "the instrument's noise included"
+    yield (
+        f"what the model leaves unexplained, {beyond}, is estimated to be {told}; with that the residuals are as large "
+        f"as they should be (reduced χ² {result.chi2_reduced:.2f})"
+    )
+
+
 def _on_priors(result: CalibrationResult) -> Iterator[str]:
     if result.prior is None or not result.prior.tolerances:
         return
     units = {"length": ("mm", 1e3), "angle": ("mrad", 1e3), "offset": ("mrad", 1e3)}
+    units |= {"compliance": ("µrad/(N·m)", 1e6), "linear compliance": ("µm/N", 1e6)}
     found = result.prior.tolerances.items()
     told = ", ".join(f"{kind} {units[kind][1] * std:.2g} {units[kind][0]}" for kind, std in found)
     yield f"all geometry was identified about its nominal values, with the tolerances {told} (standard deviations)"

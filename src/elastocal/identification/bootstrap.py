@@ -20,7 +20,7 @@ from elastocal.identification.attempt import Attempt
 from elastocal.identification.influence import influence
 from elastocal.identification.solver import Normal
 from elastocal.identification.statistics import residuals
-from elastocal.identification.sums import observation_variance
+from elastocal.identification.sums import observation_variance, variance_of
 from elastocal.identification.table import Estimates
 from elastocal.identification.transition import Trial
 from elastocal.measurements import Measurements
@@ -152,7 +152,7 @@ def _error_sizes(found: Attempt) -> tuple[NDArray[np.intp], Array]:
     of_pose = influence(found.model, solution.displacements, Normal.of(solution.sums).covariance, solution.variances)
     square = np.zeros(len(of_pose.gain))
     for part in found.model.parts(solution.displacements, derivatives=False):
-        variance = observation_variance(found.model.data, part, solution.variances[part.kind])[:, 0]
+        variance = observation_variance(found.model.data, part, variance_of(solution.variances, part))[:, 0]
         np.add.at(square, of_pose.pose[part.rows], (part.residual**2 / variance).sum(axis=0))
     known = np.isfinite(of_pose.gain) & (square > 0.0)
     return of_pose.pose, np.sqrt(np.where(known, of_pose.gain, 1.0) / np.where(known, square, 1.0))

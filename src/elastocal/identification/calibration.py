@@ -29,7 +29,7 @@ from elastocal.identification.result import CalibrationResult, RowErrors
 from elastocal.identification.robust import require_loss
 from elastocal.identification.solver import Normal, fit
 from elastocal.identification.statistics import Statistics, residuals, statistics
-from elastocal.identification.sums import misfit_of, normal_sums
+from elastocal.identification.sums import Sums, Variances, misfit_of, normal_sums
 from elastocal.identification.table import Estimates, element_table, parameter_table
 from elastocal.identification.threads import one_thread
 from elastocal.identification.transition import (
@@ -250,7 +250,7 @@ def _assess(
         coordinates=coordinates,
         freedom=coordinates - told,
         bootstrap=None if resampled is None else resampled.counts,
-        model_sigma={kind: float(np.sqrt(variance)) for kind, variance in solution.variances.items()},
+        model_sigma=model_sigma(solution.variances, observed),
         chi2_reduced=chi2,
         errors=errors,
         outliers=outliers_of(found, data, good),
@@ -259,6 +259,17 @@ def _assess(
         search=search,
         prior=found.prior,
     )
+
+
+def model_sigma(variances: Variances, observed: Sums) -> dict[str, float]:
+    """What the model leaves unexplained by kind of observation, and by channel where there are several of a kind."""
+    found: dict[str, float] = {}
+    for kind in dict.fromkeys(channel.partition(" ")[0] for channel in observed):
+        channels = [channel for channel in observed if channel.partition(" ")[0] == kind]
+        counts = [observed[channel].count for channel in channels]
+        found[kind] = float(np.sqrt(np.average([variances[channel] for channel in channels], weights=counts)))
+        found |= {channel: float(np.sqrt(variances[channel])) for channel in channels}
+    return found
 
 
 def _unseen(normal: Normal, names: Sequence[str]) -> dict[str, str]:

@@ -22,9 +22,6 @@ from elastocal.prediction import Model
 NOTHING = 1e-20
 """A group's variance [its unit squared] below this is zero."""
 
-LEAST = 2e-5**2
-"""The least variance [its unit squared] of a group that is there in any case: no geometry is exact."""
-
 LARGEST_CHANGE = 100.0
 """The factor by which a variance may change at once."""
 
@@ -50,6 +47,7 @@ class Prior:
         variances: (groups,) in the parameters' units squared.
         given: (groups,) which of the variances are not to be estimated.
         optional: (groups,) which of them are only there if the data show them.
+        least: (groups,) variances that estimates do not go below.
     """
 
     groups: tuple[str, ...]
@@ -57,6 +55,7 @@ class Prior:
     variances: Array
     given: NDArray[np.bool_]
     optional: NDArray[np.bool_]
+    least: Array
 
     @property
     def precision(self) -> Array:
@@ -109,7 +108,7 @@ def most_likely(sums: Sums, displacements: Array, prior: Prior, iterations: int 
         step, covariance, _ = solved
         new_factors = {kind: _new_factor(found, step, covariance, factors[kind]) for kind, found in sums.items()}
         new_prior = _with_variances(prior, displacements + step, covariance.diagonal())
-        live = new_prior.variances > np.where(prior.optional, NOTHING, LEAST)
+        live = new_prior.variances > prior.least
         changes = np.abs(np.log(new_prior.variances / prior.variances))[live].tolist()
         changes += [abs(np.log(new_factors[kind] / factors[kind])) for kind in sums]
         factors, prior = new_factors, new_prior
@@ -162,7 +161,7 @@ def _with_variances(prior: Prior, at: Array, spread: Array) -> Prior:
         told = mine.sum() - spread[mine].sum() / variances[group]
         wanted = (at[mine] ** 2).sum() / told if told > 1e-6 else 0.0
         wanted = np.clip(wanted, variances[group] / LARGEST_CHANGE, variances[group] * LARGEST_CHANGE)
-        variances[group] = max(float(wanted), NOTHING if prior.optional[group] else LEAST)
+        variances[group] = max(float(wanted), float(prior.least[group]))
     return replace(prior, variances=variances)
 
 

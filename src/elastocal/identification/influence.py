@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastocal.chain import Array
-from elastocal.identification.sums import Variances, observation_variance
+from elastocal.identification.sums import Variances, observation_variance, variance_of
 from elastocal.measurements import repeats
 from elastocal.prediction import Model
 
@@ -108,7 +108,7 @@ def _blocks(model: Model, displacements: Array, variances: Variances) -> Iterato
         parts = list(group)
         deviations, jacobians = [], []
         for part in parts:
-            variance = observation_variance(model.data, part, variances[part.kind])
+            variance = observation_variance(model.data, part, variance_of(variances, part))
             deviations.append(np.broadcast_to(np.sqrt(variance[:, 0]), part.residual.shape).T)
             jacobians.append((part.jacobian / np.sqrt(variance)).transpose(2, 0, 1))
         kinds = tuple(part.kind for part in parts)

@@ -76,7 +76,8 @@ def _furthest_off(fitted: Attempt, found: Scores, row: int) -> tuple[str, float]
     sizes = {kind: float(np.linalg.norm(left[row])) for kind, left in found.left_out.items()}
     sizes = {kind: size for kind, size in sizes.items() if not np.isnan(size)}
     sums = fitted.solution.sums
-    kind = max(sizes, key=lambda kind: sizes[kind] ** 2 / max(sums[kind].variance, FLOOR) if kind in sums else 0.0)
+    variance = {kind: max(s.variance for c, s in sums.items() if c.partition(" ")[0] == kind) for kind in sizes}
+    kind = max(sizes, key=lambda kind: sizes[kind] ** 2 / max(variance[kind], FLOOR))
     return kind, sizes[kind]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastocal.errors import InputError
-from elastocal.identification.evidence import Prior, fit_with_prior, most_likely
+from elastocal.identification.evidence import NOTHING, Prior, fit_with_prior, most_likely
 from elastocal.identification.gauge import Gauge
 from elastocal.identification.solver import Normal, Solution
 from elastocal.identification.sums import Sums, normal_sums
@@ -31,11 +31,12 @@ WIDER = 1.65
 NO_MORE = 1.0
 """Orders whose log evidence is higher by less than this are not worth having."""
 
-KINDS = ("length", "angle", "offset")
-"""Kinds of geometry that share a prior: lengths [m], angles and joint offsets [rad]."""
+KINDS = {"length": 1e-3, "angle": 1e-3, "offset": 1e-3, "compliance": 1e-5, "linear compliance": 1e-7}
+"""Kinds of parameters that share a prior, and the standard deviations to start from where the robot states none:
+lengths [m], angles and joint offsets [rad], compliances of turning [rad/(N m)] and of sliding elements [m/N]."""
 
-TOLERANCE = 1e-3
-"""Standard deviation [m or rad] of geometry to start from where the robot states no tolerance."""
+LEAST_TOLERANCE = {kind: spread / 50.0 for kind, spread in KINDS.items()}
+"""Standard deviations that are not estimated to be less: nothing is built exactly."""
 
 FIRST_GUESS = 3e-5
 """Standard deviation [rad or m] of a map's coefficients to start from."""
@@ -121,7 +122,7 @@ def with_maps(robot: Robot, orders: int) -> Robot:
 
 
 def geometry_kinds(robot: Robot, gauge: Gauge) -> dict[str, str]:
-    """The kinds of all geometric parameters of rows that the measurements involve, by name."""
+    """The kinds of all geometric parameters of rows that the measurements involve, and of compliances, by name."""
     parameters = parameters_of(robot)
     seen = [
         n for n in parameters if n in gauge.kept or (n in gauge.dropped and gauge.dropped[n].verdict == "dependent")
@@ -133,6 +134,8 @@ def geometry_kinds(robot: Robot, gauge: Gauge) -> dict[str, str]:
             kinds[name] = "offset"
         elif parameter.group in (Group.OFFSET, Group.LENGTH, Group.TWIST, Group.SPARE):
             kinds[name] = "length" if parameter.unit == "m" else "angle"
+        elif parameter.group == Group.COMPLIANCE and parameter.power == 1:
+            kinds[name] = "compliance" if parameter.unit.startswith("rad") else "linear compliance"
     return kinds
 
 
@@ -194,10 +197,11 @@ class _Groups:
         keys = [group(name) for name in names]
         groups = tuple(dict.fromkeys(key for key in keys if key))
         member = np.array([groups.index(key) if key else -1 for key in keys], dtype=int)
-        spread = np.array([self.tolerance.get(g, TOLERANCE) if g in KINDS else FIRST_GUESS for g in groups])
+        spread = np.array([self.tolerance.get(g, KINDS[g]) if g in KINDS else FIRST_GUESS for g in groups])
         given = np.array([g in self.tolerance for g in groups], dtype=bool)
         optional = np.array([g not in KINDS for g in groups], dtype=bool)
-        return Prior(groups, member, spread**2, given, optional)
+        least = np.array([LEAST_TOLERANCE.get(g, np.sqrt(NOTHING)) for g in groups])
+        return Prior(groups, member, spread**2, given, optional, least**2)
 
     def up_to(self, orders: int, names: Sequence[str]) -> NDArray[np.intp]:
         """Which parameters remain if maps have so many orders."""

@@ -108,8 +108,8 @@ def fit(
         EquilibriumError: the robot at `start` does not settle under its load.
     """
     displacements, steps = start, 0
-    variances: Variances = dict.fromkeys(KINDS, 1.0)
-    sums = normal_sums(model, displacements, variances)
+    sums = normal_sums(model, displacements, dict.fromkeys(KINDS, 1.0))
+    variances: Variances = dict.fromkeys(sums, 1.0)
     weighed: Variances = {kind: found.misfit / found.count for kind, found in sums.items()}
     for _ in range(MAX_REWEIGHTINGS):
         sums = reweighed(model, displacements, sums, variances, weighed)

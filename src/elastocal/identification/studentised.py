@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from elastocal.chain import Array
 from elastocal.identification.attempt import Attempt
+from elastocal.identification.evidence import PRIOR
 from elastocal.identification.influence import influence
 from elastocal.identification.solver import Normal, Solution
 from elastocal.identification.sums import misfit_of
-from elastocal.measurements import KINDS, Measurements
+from elastocal.measurements import Measurements
 from elastocal.prediction import Model
 
 LEVEL = 0.01
@@ -101,7 +102,7 @@ def scores(model: Model, solution: Solution, torques: int = 0, exact_variance: b
         exact_variance: whether the fit's variances are what the residuals are to be measured by; else what the good
             rows leave is.
     """
-    n, sums = len(model.data), {kind: found for kind, found in solution.sums.items() if kind in KINDS}  # no prior
+    n, sums = len(model.data), {kind: found for kind, found in solution.sums.items() if kind != PRIOR}
     covariance, misfit = Normal.of(solution.sums).covariance, misfit_of(sums)
     found = influence(model, solution.displacements, covariance, solution.variances, np.arange(n))
     gain, count = np.where(np.isfinite(found.gain), found.gain, misfit), found.coordinates

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -12,7 +13,7 @@ from elastocal.measurements import KINDS, Measurements
 from elastocal.prediction import Model, Part
 
 Variances = Mapping[str, float]
-"""Model variance by kind of observation [m2 or rad2]: what adds to the stated variances of the observations."""
+"""Model variance [m2 or rad2] by channel, or by kind of observation: what adds to the stated variances."""
 
 FLOOR = 1e-9**2
 """No observation is better than a nanometre or a nanoradian; keeps weights finite on data without noise."""
@@ -66,11 +67,13 @@ def normal_sums(model: Model, displacements: Array, variances: Variances, held: 
         EquilibriumError: a pose does not settle under its load.
     """
     size = len(model.names) + 1
-    grams = {kind: np.zeros((size, size)) for kind in KINDS}
-    counts, curvatures, stated = dict.fromkeys(KINDS, 0.0), dict.fromkeys(KINDS, 0.0), dict.fromkeys(KINDS, False)
+    grams: dict[str, Array] = defaultdict(lambda: np.zeros((size, size)))
+    counts: dict[str, float] = defaultdict(float)
+    curvatures: dict[str, float] = defaultdict(float)
+    stated: dict[str, bool] = defaultdict(bool)
     for part in model.parts(displacements, held=held):
-        kind, rows = part.kind, part.jacobian
-        variance = observation_variance(model.data, part, variances[kind])
+        kind, rows = part.channel, part.jacobian
+        variance = observation_variance(model.data, part, variance_of(variances, part))
         weights = np.ones(1) if model.weights is None else model.weights[part.rows]
         stated[kind] = stated[kind] or variance.size > 1
         if variance.size > 1 or model.weights is not None:
@@ -80,7 +83,18 @@ def normal_sums(model: Model, displacements: Array, variances: Variances, held: 
             grams[kind] += (rows @ rows.swapaxes(1, 2)).sum(axis=0) / variance[0, 0]
         counts[kind] += float(np.broadcast_to(weights, part.residual.shape).sum())
         curvatures[kind] += float((weights * (part.residual / variance[:, 0]) ** 2).sum())
-    return {kind: KindSums(grams[kind], counts[kind], curvatures[kind], stated[kind]) for kind in KINDS if counts[kind]}
+    found = sorted((channel for channel in grams if counts[channel]), key=_rank)
+    return {c: KindSums(grams[c], counts[c], curvatures[c], stated[c]) for c in found}
+
+
+def _rank(channel: str) -> tuple[int, str]:
+    """Positions before orientations before distances, whatever comes first in the data."""
+    return KINDS.index(channel.partition(" ")[0]), channel
+
+
+def variance_of(variances: Variances, part: Part) -> float:
+    """The model variance of a part's channel, or of its kind where that is all that is known."""
+    return variances.get(part.channel, variances.get(part.kind, 0.0))
 
 
 def observation_variance(data: Measurements, part: Part, model_variance: float) -> Array:

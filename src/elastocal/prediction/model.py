@@ -66,6 +66,7 @@ class Setup:
             transition torque.
         columns: the parameters that elements and coefficients are, in this order.
         maps: the identified joint maps.
+        station: from which they are observed; "" where all data are from one.
     """
 
     assembly: Assembly
@@ -75,6 +76,7 @@ class Setup:
     coefficients: list[tuple[int, int]]
     columns: NDArray[np.intp]
     maps: list[MapColumns]
+    station: str
 
     @property
     def springs(self) -> tuple[str, ...]:
@@ -92,12 +94,15 @@ class Part(NamedTuple):
         residual: (3 or 1, n) measured - predicted [m or rad], in the instrument's frame.
         jacobian: (3 or 1, parameters + 1, n) d(predicted)/d(parameter), the residual as its last row; empty without
             derivatives.
+        channel: the kind, and where the data come from several stations the station: "position north". What a model
+            leaves unexplained may differ between channels.
     """
 
     kind: str
     rows: NDArray[np.intp]
     residual: Array
     jacobian: Array
+    channel: str
 
 
 @dataclass(frozen=True)
@@ -138,7 +143,9 @@ class Model:
                     coefficients.append((spring, k))
                     used.append(columns[name])
         index, maps = np.array(elements, dtype=int), self._maps(assembly, columns)
-        return Setup(assembly, found.rows, found.kinds, index, coefficients, np.array(used, dtype=int), maps)
+        several = len({each.station for each in self.data.combinations}) > 1
+        station = (found.station or "base") if several else ""
+        return Setup(assembly, found.rows, found.kinds, index, coefficients, np.array(used, dtype=int), maps, station)
 
     def _maps(self, assembly: Assembly, columns: Mapping[str, int]) -> list[MapColumns]:
         chain, found = assembly.mechanism.chain, []
@@ -224,7 +231,7 @@ class Model:
             if columns is not None:
                 jacobian = _of_kind(kind, columns, position)
                 jacobian[:, -1] = residual
-            yield Part(kind, rows, residual, jacobian)
+            yield Part(kind, rows, residual, jacobian, f"{kind} {setup.station}".strip())
 
     def _columns(self, setup: Setup, block: Block, coupled: bool) -> Array:
         """(3 or 6, parameters + 1, n), the last row not filled in."""

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from elastocal.chain import Array
 from elastocal.elasticity import STEP
 from elastocal.identification.solver import Normal
-from elastocal.identification.sums import Variances, observation_variance
+from elastocal.identification.sums import Variances, observation_variance, variance_of
 from elastocal.identification.transition.grid import Grid
 from elastocal.prediction import Model
 
@@ -126,7 +126,7 @@ def profile_of(
     met = [np.zeros((len(x.weights), len(x.grid.torques) + 1, len(linear))) for x in excesses]
     shared = {(e, f): _empty(excesses[e], excesses[f], same=e == f) for e, f in pairs}
     for part in model.parts(displacements):
-        variance = observation_variance(model.data, part, variances[part.kind])
+        variance = observation_variance(model.data, part, variance_of(variances, part))
         weights = np.ones(1) if model.weights is None else model.weights[part.rows]
         jacobian = linear @ (part.jacobian * np.sqrt(weights / variance))
         gram += np.matmul(jacobian, jacobian.swapaxes(1, 2)).sum(axis=0)
