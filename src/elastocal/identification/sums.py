@@ -74,15 +74,18 @@ def normal_sums(model: Model, displacements: Array, variances: Variances, held: 
     for part in model.parts(displacements, held=held):
         kind, rows = part.channel, part.jacobian
         variance = observation_variance(model.data, part, variance_of(variances, part))
-        weights = np.ones(1) if model.weights is None else model.weights[part.rows]
         stated[kind] = stated[kind] or variance.size > 1
-        if variance.size > 1 or model.weights is not None:
-            rows *= np.sqrt(weights / variance)
-            grams[kind] += (rows @ rows.swapaxes(1, 2)).sum(axis=0)
-        else:  # the same for all: divide the small sum instead of the large Jacobian
-            grams[kind] += (rows @ rows.swapaxes(1, 2)).sum(axis=0) / variance[0, 0]
-        counts[kind] += float(np.broadcast_to(weights, part.residual.shape).sum())
+        if variance.size == 1 and model.weights is None:  # divide the small sum instead of the large Jacobian
+            gram = (rows @ rows.swapaxes(1, 2)).sum(axis=0) / variance[0, 0]
+            grams[kind] += gram
+            counts[kind] += part.residual.size
+            curvatures[kind] += float(gram[-1, -1] / variance[0, 0, 0])
+            continue
+        weights = np.ones(1) if model.weights is None else model.weights[part.rows]
         curvatures[kind] += float((weights * (part.residual / variance[:, 0]) ** 2).sum())
+        counts[kind] += float(np.broadcast_to(weights, part.residual.shape).sum())
+        rows *= np.sqrt(weights / variance)
+        grams[kind] += (rows @ rows.swapaxes(1, 2)).sum(axis=0)
     found = sorted((channel for channel in grams if counts[channel]), key=_rank)
     return {c: KindSums(grams[c], counts[c], curvatures[c], stated[c]) for c in found}
 
