@@ -19,7 +19,7 @@ from elastocal.io import load_robot
 from elastocal.measurements import Measurements
 from elastocal.prediction import Model
 from elastocal.robot import Compliance, Frame, Robot
-from elastocal.simulation import random_poses, simulate
+from elastocal.simulation import random_poses, simulate, with_geometry_errors
 
 SEEDS = 20
 NOISE = 3e-5
@@ -43,14 +43,14 @@ def actual_arm(law: str, seed: int) -> Robot:
     """An arm with 1 mm and 1 mrad of errors, anywhere in front of the instrument, any tool."""
     rng = np.random.default_rng(seed)
     nominal = load_robot(ROBOT_FILE)
-    deltas = {element.name: 1e-3 * rng.standard_normal() for row in nominal.row_elements for element in row}
+    flawed = with_geometry_errors(nominal, 1e-3, 1e-3, rng)
     base = Frame(tuple(rng.uniform(-3.0, 3.0, 3)), tuple(rng.uniform(-np.pi, np.pi, 3)), known=True)
     tool = Frame(tuple(rng.uniform(-0.2, 0.2, 3)), tuple(rng.uniform(-1.0, 1.0, 3)), known=True)
     springs = {}
     for joint, (lowest, highest, stiff, soft) in JOINTS.items():
         above, torque = rng.uniform(stiff, soft), rng.uniform(lowest, highest)
         springs[f"{joint}.theta"] = Compliance(law, (STIFFENING * above, above), torque)
-    return replace(nominal.displaced(deltas), base=base, tool=tool, elastic=springs)
+    return replace(flawed, base=base, tool=tool, elastic=springs)
 
 
 def loads(robot: Robot, data: Measurements) -> dict[str, np.ndarray]:

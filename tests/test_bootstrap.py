@@ -112,7 +112,11 @@ def test_a_compliance_held_at_zero_takes_no_part(actual: Robot):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"bootstrap": 5}, "at least 20"), ({"bootstrap": 50, "transmission": 4}, "joint maps have priors")],
+    [
+        ({"bootstrap": 5}, "at least 20"),
+        ({"bootstrap": 50, "transmission": 4}, "have priors, which a bootstrap knows nothing of"),
+        ({"bootstrap": 50, "prior": True}, "have priors, which a bootstrap knows nothing of"),
+    ],
 )
 def test_what_tells_nothing_is_refused(actual: Robot, options: dict[str, int], message: str):
     with pytest.raises(ec.InputError, match=message):

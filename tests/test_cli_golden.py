@@ -28,6 +28,8 @@ COMMANDS = {
     "calibrate": ("calibrate robot.toml fit.csv --held-out held_out.csv --elastic 2,3,6 -o result", 0),
     "calibrate-poses": ("calibrate robot.toml poses.csv --fix *.beta", 0),
     "calibrate-few": ("calibrate robot.toml few.csv", 1),
+    "calibrate-step": ("calibrate robot.toml step.csv --elastic 2:step,3:step", 0),
+    "calibrate-step-given": ("calibrate robot.toml step.csv --elastic 2:step,3:cubic --transition 222", 0),
     "reproduce": ("reproduce A-1 b-2", 0),
     "validate": ("validate robot.toml held_out.csv poses.csv", 0),
     "validate-calibrated": ("validate result/robot.toml held_out.csv", 0),

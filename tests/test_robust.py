@@ -97,7 +97,7 @@ def test_medians_are_those_of_chi_square():
 @pytest.mark.parametrize("coordinates", [1, 3, 6])
 def test_the_least_score_of_an_outlier_is_the_root_of_f(coordinates: int, freedom: float, tail: float):
     assert least_score(coordinates, freedom, tail) ** 2 == pytest.approx(
-        stats.f.isf(tail, coordinates, freedom), rel=1e-3
+        stats.f.isf(tail, coordinates, freedom), rel=1e-6
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -125,6 +126,9 @@ def compare(
             on_fit(done, total)
         return result
 
+    def robot_of(name: str, data: Measurements) -> Robot:
+        return fitted(name, data).robot
+
     compared = []
     for name in models:
         try:
@@ -132,7 +136,7 @@ def compare(
         except EquilibriumError:
             compared.append(ComparedModel(name, "no_equilibrium", 0))
             continue
-        unseen = None if folds is None else cross_validate(lambda rows: fitted(name, rows).robot, data, folds, seed)  # noqa: B023
+        unseen = None if folds is None else cross_validate(partial(robot_of, name), data, folds, seed)
         compared.append(_judged(name, result, unseen))
     return _concluded(robot, tuple(elastic), tuple(compared))
 

@@ -41,6 +41,11 @@ class Labels:
         index = {name: code for code, name in enumerate(names)} | {None: -1}
         return cls(names, np.array([index[value] for value in values], dtype=np.int32))
 
+    @classmethod
+    def same(cls, name: str | None, n: int) -> Labels | None:
+        """One name in all of n rows; nothing for none."""
+        return None if name is None else cls((name,), np.zeros(n, dtype=np.int32))
+
     def name(self, code: int) -> str | None:
         """The name of a code."""
         return self.names[code] if code >= 0 else None

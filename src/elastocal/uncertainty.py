@@ -100,8 +100,7 @@ def position_uncertainty(
         EquilibriumError: a pose does not settle under its load.
     """
     q = np.atleast_2d(np.asarray(q, dtype=float))
-    names = (station, target, load)
-    stations, targets, loads = (None if name is None else Labels.of([name] * len(q)) for name in names)
+    stations, targets, loads = (Labels.same(name, len(q)) for name in (station, target, load))
     return uncertainty_at(result, Measurements(q, wrench=wrench, station=stations, target=targets, load=loads))
 
 

@@ -150,5 +150,5 @@ def _random(known: SavedResult, choice: Choice, seed: int) -> Measurements:
         raise InputError(*faults)
     names = {kind: name or next(iter(valid[kind] if kind != "load" else ()), None) for kind, name in given.items()}
     q = random_poses(robot, count or MAP_POSES, seed)
-    labels = {kind: None if name is None else Labels.of([name] * len(q)) for kind, name in names.items()}
+    labels = {kind: Labels.same(name, len(q)) for kind, name in names.items()}
     return Measurements(q, station=labels["station"], target=labels["target"], load=labels["load"])

@@ -10,6 +10,7 @@ import numpy as np
 from elastocal.identification.outlier_advice import on_outliers
 from elastocal.identification.plausibility import BAD, misfit
 from elastocal.identification.result import CalibrationResult, IdentifiedParameter
+from elastocal.prediction import kind_of
 
 NARROW = np.radians(20.0)
 """A revolute joint that moved less than this tells little of what lies before and behind it."""
@@ -219,7 +220,7 @@ def _on_chi2(result: CalibrationResult) -> Iterator[str]:
     several = {c for c in result.model_sigma if " " in c}
     units = {"position": "mm per axis", "orientation": "mrad per axis", "distance": "mm"}
     shown = {c: s for c, s in result.model_sigma.items() if c in several or not several}
-    told = ", ".join(f"{1e3 * s:.2g} {units[c.partition(' ')[0]]} of the {c}" for c, s in shown.items())
+    told = ", ".join(f"{1e3 * s:.2g} {units[kind_of(c)]} of the {c}" for c, s in shown.items())
     if not told or result.freedom < 1.0:
         return
     beyond = "beyond the stated standard deviations" if stated else "the instrument's noise included"

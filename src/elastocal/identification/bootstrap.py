@@ -87,16 +87,18 @@ class Bootstrap:
         return float(self.deviations[:, self.names.index(name)].std(ddof=1))
 
 
-def require_samples(count: int, orders: int | None = 0) -> None:
-    """Check that there are fits enough, or none, and that a bootstrap can tell what is asked for.
+def require_samples(count: int, priors: bool) -> None:
+    """Check that there are fits enough, or none, and no priors, which a bootstrap knows nothing of.
 
     Raises:
-        InputError: there are not, or joint maps of some orders, or None: of as many as are favoured, are to be fitted.
+        InputError: there are too few, or joint maps or geometry are to be fitted with priors.
     """
     if count and count < FEWEST:
         raise InputError(f"bootstrap is {count}: expected 0 (none) or at least {FEWEST}, better 200 or more")
-    if count and orders != 0:
-        raise InputError("bootstrap: joint maps have priors, which a bootstrap knows nothing of: leave one of them out")
+    if count and priors:
+        raise InputError(
+            "bootstrap: joint maps and --prior have priors, which a bootstrap knows nothing of: leave one of them out"
+        )
 
 
 def bootstrapped(

@@ -23,7 +23,7 @@ from elastocal.identification.intervals import correlated_groups, student, with_
 from elastocal.identification.observability import observability
 from elastocal.identification.outliers import find_outliers, outliers_of
 from elastocal.identification.plausibility import require_plausible
-from elastocal.identification.priors import fit_prior, geometry_kinds, require_orders, with_maps
+from elastocal.identification.priors import fit_with_priors, geometry_kinds, require_orders, with_maps
 from elastocal.identification.request import requested, with_laws
 from elastocal.identification.result import CalibrationResult, RowErrors
 from elastocal.identification.robust import require_loss
@@ -50,7 +50,7 @@ from elastocal.identification.transition import (
 )
 from elastocal.measurements import Measurements, concatenate, split
 from elastocal.parameters import FRAME_GROUPS, parameters_of
-from elastocal.prediction import Model
+from elastocal.prediction import Model, kind_of
 from elastocal.robot import Robot
 
 
@@ -107,7 +107,7 @@ def calibrate(
     began = time.perf_counter()
     require_loss(loss)
     orders = require_orders(transmission)
-    require_samples(bootstrap, orders)
+    require_samples(bootstrap, priors=prior or orders != 0)
     fitted, rest = _divided(data, held_out, holdout, seed)
     wished, springs = with_laws(robot, elastic or {})
     torqued = with_transition(springs, wished)
@@ -137,7 +137,7 @@ def calibrate(
     found = attempt(fitted if good.all() else fitted.take(np.flatnonzero(good)), how=transition)
     if orders != 0 or prior:
         kinds = geometry_kinds(wished, gauge) if prior else {}
-        found = replace(found, prior=fit_prior(found.model, found.solution, orders, kinds, wished.tolerance))
+        found = replace(found, prior=fit_with_priors(found.model, found.solution, orders, kinds, wished.tolerance))
     resampled = None
     if bootstrap:
         begin = found.problem.robot
@@ -264,8 +264,8 @@ def _assess(
 def model_sigma(variances: Variances, observed: Sums) -> dict[str, float]:
     """What the model leaves unexplained by kind of observation, and by channel where there are several of a kind."""
     found: dict[str, float] = {}
-    for kind in dict.fromkeys(channel.partition(" ")[0] for channel in observed):
-        channels = [channel for channel in observed if channel.partition(" ")[0] == kind]
+    for kind in dict.fromkeys(map(kind_of, observed)):
+        channels = [channel for channel in observed if kind_of(channel) == kind]
         counts = [observed[channel].count for channel in channels]
         found[kind] = float(np.sqrt(np.average([variances[channel] for channel in channels], weights=counts)))
         found |= {channel: float(np.sqrt(variances[channel])) for channel in channels}

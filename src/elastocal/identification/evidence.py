@@ -165,7 +165,7 @@ def _with_variances(prior: Prior, at: Array, spread: Array) -> Prior:
     return replace(prior, variances=variances)
 
 
-def fit_with_prior(model: Model, start: Array, prior: Prior, variances: Variances) -> tuple[Solution, Posterior]:
+def fit_by_evidence(model: Model, start: Array, prior: Prior, variances: Variances) -> tuple[Solution, Posterior]:
     """Fit parameters, the variances of observations and those of the prior's groups.
 
     Args:

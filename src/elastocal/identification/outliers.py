@@ -17,7 +17,7 @@ from elastocal.identification.statistics import Residuals, residuals
 from elastocal.identification.studentised import TRIFLE, Rows, Scores, scores, scores_of
 from elastocal.identification.sums import FLOOR, normal_sums
 from elastocal.measurements import Labels, Measurements
-from elastocal.prediction import Model
+from elastocal.prediction import Model, kind_of
 from elastocal.robot import Robot
 
 MOST = 0.4
@@ -76,7 +76,7 @@ def _furthest_off(fitted: Attempt, found: Scores, row: int) -> tuple[str, float]
     sizes = {kind: float(np.linalg.norm(left[row])) for kind, left in found.left_out.items()}
     sizes = {kind: size for kind, size in sizes.items() if not np.isnan(size)}
     sums = fitted.solution.sums
-    variance = {kind: max(s.variance for c, s in sums.items() if c.partition(" ")[0] == kind) for kind in sizes}
+    variance = {kind: max(s.variance for c, s in sums.items() if kind_of(c) == kind) for kind in sizes}
     kind = max(sizes, key=lambda kind: sizes[kind] ** 2 / max(variance[kind], FLOOR))
     return kind, sizes[kind]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastocal.errors import InputError
-from elastocal.identification.evidence import NOTHING, Prior, fit_with_prior, most_likely
+from elastocal.identification.evidence import NOTHING, Prior, fit_by_evidence, most_likely
 from elastocal.identification.gauge import Gauge
 from elastocal.identification.solver import Normal, Solution
 from elastocal.identification.sums import Sums, normal_sums
@@ -31,11 +31,11 @@ WIDER = 1.65
 NO_MORE = 1.0
 """Orders whose log evidence is higher by less than this are not worth having."""
 
-KINDS = {"length": 1e-3, "angle": 1e-3, "offset": 1e-3, "compliance": 1e-5, "linear compliance": 1e-7}
+FIRST_TOLERANCE = {"length": 1e-3, "angle": 1e-3, "offset": 1e-3, "compliance": 1e-5, "linear compliance": 1e-7}
 """Kinds of parameters that share a prior, and the standard deviations to start from where the robot states none:
 lengths [m], angles and joint offsets [rad], compliances of turning [rad/(N m)] and of sliding elements [m/N]."""
 
-LEAST_TOLERANCE = {kind: spread / 50.0 for kind, spread in KINDS.items()}
+LEAST_TOLERANCE = {kind: spread / 50.0 for kind, spread in FIRST_TOLERANCE.items()}
 """Standard deviations that are not estimated to be less: nothing is built exactly."""
 
 FIRST_GUESS = 3e-5
@@ -77,7 +77,7 @@ class PriorFit:
         if self.prior is None:
             return {}
         spread = dict(zip(self.prior.groups, np.sqrt(self.prior.variances).tolist(), strict=True))
-        return {kind: spread[kind] for kind in KINDS if kind in spread}
+        return {kind: spread[kind] for kind in FIRST_TOLERANCE if kind in spread}
 
     @property
     def shares(self) -> dict[str, float]:
@@ -139,7 +139,7 @@ def geometry_kinds(robot: Robot, gauge: Gauge) -> dict[str, str]:
     return kinds
 
 
-def fit_prior(
+def fit_with_priors(
     model: Model, solution: Solution, orders: int | None, kinds: Mapping[str, str], tolerance: Mapping[str, float]
 ) -> PriorFit:
     """Identify joint maps and geometry with priors together with the other parameters of a fit.
@@ -173,7 +173,7 @@ def fit_prior(
         start = start[kept]
     if not most and not kinds:
         return PriorFit(model, solution, None, 0, (), evidence)
-    found, posterior = fit_with_prior(extended, start, groups.prior(extended.names, most), solution.variances)
+    found, posterior = fit_by_evidence(extended, start, groups.prior(extended.names, most), solution.variances)
     return PriorFit(extended, found, posterior.prior, most, _bands_of(posterior.prior, most), evidence)
 
 
@@ -197,9 +197,10 @@ class _Groups:
         keys = [group(name) for name in names]
         groups = tuple(dict.fromkeys(key for key in keys if key))
         member = np.array([groups.index(key) if key else -1 for key in keys], dtype=int)
-        spread = np.array([self.tolerance.get(g, KINDS[g]) if g in KINDS else FIRST_GUESS for g in groups])
+        first = {**FIRST_TOLERANCE, **self.tolerance}
+        spread = np.array([first.get(g, FIRST_GUESS) for g in groups])
         given = np.array([g in self.tolerance for g in groups], dtype=bool)
-        optional = np.array([g not in KINDS for g in groups], dtype=bool)
+        optional = np.array([g not in FIRST_TOLERANCE for g in groups], dtype=bool)
         least = np.array([LEAST_TOLERANCE.get(g, np.sqrt(NOTHING)) for g in groups])
         return Prior(groups, member, spread**2, given, optional, least**2)
 

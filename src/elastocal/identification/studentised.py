@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cache
 from itertools import product
 
 import numpy as np
@@ -120,17 +119,8 @@ def scores(model: Model, solution: Solution, torques: int = 0, exact_variance: b
     return Scores(values, beyond & (sizes > TRIFLE), found.left_out)
 
 
-@cache
 def least_score(coordinates: int, freedom: float, tail: float) -> float:
-    """The root of the F value that is exceeded with probability `tail`; infinite without degrees of freedom.
+    """The root of the F value that is exceeded with probability `tail`; infinite without degrees of freedom."""
+    from scipy.special import fdtri  # imported late: it takes longer than a calibration
 
-    By the midpoint rule over the logarithm of F, on which the density is smooth.
-    """
-    if freedom < 1.0:
-        return np.inf
-    edges = np.linspace(-60.0, 60.0, 12001)
-    log_f = edges[:-1] + 0.5 * (edges[1] - edges[0])
-    odds = np.logaddexp(0.0, log_f + np.log(coordinates / freedom))
-    density = 0.5 * coordinates * log_f - 0.5 * (coordinates + freedom) * odds
-    beyond = np.cumsum(np.exp(density - density.max())[::-1])[::-1]
-    return float(np.exp(0.5 * np.interp(-tail, -beyond / beyond[0], edges[:-1])))
+    return np.inf if freedom < 1.0 else float(np.sqrt(fdtri(coordinates, freedom, 1.0 - tail)))

@@ -10,7 +10,7 @@ import numpy as np
 
 from elastocal.chain import Array
 from elastocal.measurements import KINDS, Measurements
-from elastocal.prediction import Model, Part
+from elastocal.prediction import Model, Part, kind_of
 
 Variances = Mapping[str, float]
 """Model variance [m2 or rad2] by channel, or by kind of observation: what adds to the stated variances."""
@@ -92,7 +92,7 @@ def normal_sums(model: Model, displacements: Array, variances: Variances, held: 
 
 def _rank(channel: str) -> tuple[int, str]:
     """Positions before orientations before distances, whatever comes first in the data."""
-    return KINDS.index(channel.partition(" ")[0]), channel
+    return KINDS.index(kind_of(channel)), channel
 
 
 def variance_of(variances: Variances, part: Part) -> float:

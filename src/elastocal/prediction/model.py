@@ -26,6 +26,11 @@ np.empty(2**20)
 # whole prediction. Freeing one large array raises the size from which it does so; hence the line above.
 
 
+def kind_of(channel: str) -> str:
+    """The kind of observation, of KINDS, of a channel: "position" of "position north"."""
+    return channel.partition(" ")[0]
+
+
 class MapColumns(NamedTuple):
     """The coefficients of one joint map among the parameters.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from elastocal.chain import Array
 from elastocal.identification import CalibrationResult
-from elastocal.report.table import Section
+from elastocal.report.section import Section
 
 POINTS = 2000
 """Joint positions at which a map's size is taken."""

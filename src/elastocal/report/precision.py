@@ -9,8 +9,8 @@ import numpy as np
 
 from elastocal.chain import Array
 from elastocal.drift import Change, Difference
+from elastocal.report.section import Section
 from elastocal.report.sections import DISPLAY, advice_sections
-from elastocal.report.table import Section
 from elastocal.robot import Robot
 from elastocal.uncertainty import Uncertainty
 

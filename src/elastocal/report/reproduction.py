@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from math import pi
 
 from elastocal.identification import CalibrationResult
+from elastocal.report.section import Section
 from elastocal.report.sections import with_deviation
-from elastocal.report.table import Section
 from elastocal.reproduction import Figures, Paper, ParameterRow, Reproduction, ha006, stiffness_analysis
 from elastocal.reproduction.nonlinear_stiffness import (
     BEFORE,

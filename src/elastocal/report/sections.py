@@ -9,7 +9,7 @@ from elastocal.comparison import Comparison
 from elastocal.identification import CalibrationResult, IdentifiedElement, IdentifiedParameter, Statistics
 from elastocal.repeatability import FEWEST, Repeatability
 from elastocal.report.maps import maps_section
-from elastocal.report.table import Section
+from elastocal.report.section import Section
 from elastocal.validation import ValidationResult
 
 LABELS = {

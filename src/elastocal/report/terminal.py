@@ -10,7 +10,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from elastocal.report.table import Section
+from elastocal.report.section import Section
 
 STYLES = {"identified": "green", "insignificant": "yellow", "unobservable": "red", "dependent": "dim", "fixed": "dim"}
 

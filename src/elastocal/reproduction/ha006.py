@@ -8,15 +8,13 @@ from math import pi
 
 import numpy as np
 
-from elastocal.chain import Array
 from elastocal.elasticity import HARMONIC_DRIVE
 from elastocal.measurements import Measurements, concatenate
 from elastocal.parameters import parameters_of
-from elastocal.prediction import predict
 from elastocal.reproduction.printed import Cells, Link, read_tables, si_values, table_robot, unmarked
 from elastocal.reproduction.values import Chosen, Paper, Slip
 from elastocal.robot import Compliance, Payload, Robot
-from elastocal.simulation import random_poses, simulate
+from elastocal.simulation import Region, random_poses, simulate
 
 SEED = 0
 
@@ -145,20 +143,13 @@ def actual_robot(rng: np.random.Generator) -> Robot:
     return replace(nominal_robot().displaced(deltas), name="actual HA006", elastic=drives)
 
 
-def poses(robot: Robot, count: int, rng: np.random.Generator) -> Array:
-    """Random joint positions (count, 6) [rad] that keep the tool above the floor."""
-    chosen = np.empty((0, robot.positions))
-    while len(chosen) < count:
-        q = random_poses(robot, count, rng)
-        chosen = np.concatenate([chosen, q[predict(robot, q)[0][:, 2] > FLOOR]])
-    return chosen[:count]
-
-
 def experiment(seed: int = SEED) -> Experiment:
     """Build an HA006 and measure it: all drawn by the seed."""
     rng = np.random.default_rng(seed)
     nominal, actual = nominal_robot(), actual_robot(rng)
+    above = Region(floor=FLOOR)
     fitted, more = (
-        simulate(actual, poses(nominal, count, rng), noise=NOISE, seed=rng) for count in (CALIBRATION_POSES, MORE_POSES)
+        simulate(actual, random_poses(nominal, count, rng, region=above), noise=NOISE, seed=rng)
+        for count in (CALIBRATION_POSES, MORE_POSES)
     )
     return Experiment(nominal, actual, fitted, concatenate([fitted, more]))

@@ -123,8 +123,8 @@ def _exact(
         position=position if "position" in kinds else None,
         orientation=rotation if "orientation" in kinds else None,
         distance=np.linalg.norm(position, axis=1) if "distance" in kinds else None,
-        target=None if target is None else Labels.of([target] * n),
-        load=None if load is None else Labels.of([load] * n),
-        station=None if station is None else Labels.of([station] * n),
+        target=Labels.same(target, n),
+        load=Labels.same(load, n),
+        station=Labels.same(station, n),
         wrench=wrench,
     )

@@ -22,6 +22,9 @@ SAME = 1e-4
 """Loads that differ by less than this, relative to the largest, are one: a pose measured again."""
 
 
+DENSE = 20.0
+"""Loads without a gap over so many times SAME are not one pose, but many."""
+
 MOST, MOST_OF_MANY = 1000, 300
 """Torques of one element that are compared at once, of up to two elements and of more; where there are more gaps
 between loads, some are left out at first."""
@@ -85,9 +88,18 @@ def load_grid(loads: Array, smooth: bool, most: int = MOST, within: tuple[float,
 
 
 def group_starts(ordered: Array, least: float) -> NDArray[np.intp]:
-    """Where groups of like loads start in ascending ones (n,): a group's loads exceed its first by at most `least`."""
-    starts, start = [], 0
-    while start < len(ordered):
-        starts.append(start)
-        start = int(np.searchsorted(ordered, ordered[start] + least, side="right"))
-    return np.array(starts, dtype=np.intp)
+    """Where groups of like loads start in ascending ones (n,): between groups is a gap of more than `least`.
+
+    Loads so dense that there is no gap for long are divided all the same, every `least`.
+    """
+    if not len(ordered):
+        return np.empty(0, dtype=np.intp)
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(ordered) > least) + 1])
+    ends = np.append(starts[1:], len(ordered))
+    found: list[int] = []
+    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        found.append(start)
+        if ordered[end - 1] - ordered[start] > DENSE * least:
+            while (start := int(np.searchsorted(ordered, ordered[start] + least, side="right"))) < end:
+                found.append(start)
+    return np.array(found, dtype=np.intp)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from elastocal.chain import Array
 from elastocal.elasticity import HINGE
 from elastocal.identification.transition.grid import SAME, group_starts
 from elastocal.identification.transition.likelihood import Interval, torque_intervals
@@ -53,13 +52,13 @@ def transitions_of(
     found = {}
     for element, torque in trial.torques.items():
         sizes = np.sort(np.abs(trial.loads[element]))
-        below, above = sizes[sizes < torque], sizes[sizes >= torque]
+        below, above, least = sizes[sizes < torque], sizes[sizes >= torque], SAME * float(sizes[-1])
         gap = float(below[-1]) if len(below) else 0.0, float(above[0]) if len(above) else float("inf")
         found[element] = TransitionData(
             spreads[element],
             gap,
-            _different(below, sizes[-1:]),
-            _different(above, sizes[-1:]),
+            len(group_starts(below, least)),
+            len(group_starts(above, least)),
             searched,
             intervals.get(element),
         )
@@ -90,11 +89,6 @@ def _spreads(problem: Problem, trial: Trial) -> dict[str, float]:
         within = max(float(weights @ width**2), (high - low) ** 2) / 12.0
         spreads[element] = float(np.sqrt(weights @ (grid.torques - mean) ** 2 + within))
     return spreads
-
-
-def _different(ordered: Array, largest: Array) -> int:
-    """How many different loads there are among ordered ones (n,), by the largest of all."""
-    return len(group_starts(ordered, SAME * float(largest.max(initial=0.0))))
 
 
 def free_torques(trial: Trial, search: Search | None) -> tuple[str, ...]:
