@@ -28,9 +28,18 @@ def read_robot_toml(path: Path) -> Robot:
     Raises:
         InputError: with every fault of the file.
     """
-    robot, faults = _checked(read_toml(path))
+    return robot_of(read_toml(path), str(path))
+
+
+def robot_of(values: dict[str, Any], place: str) -> Robot:
+    """The robot of a TOML file's values; `place` is where they stand.
+
+    Raises:
+        InputError: with every fault of them.
+    """
+    robot, faults = _checked(values)
     if robot is None or faults:
-        raise InputError(*(f"{path}: {fault}" for fault in faults))
+        raise InputError(*(f"{place}: {fault}" for fault in faults))
     return robot
 
 

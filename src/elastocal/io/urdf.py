@@ -15,6 +15,7 @@ from elastocal.chain import Array
 from elastocal.errors import InputError, unknown_name
 from elastocal.io.files import read_text
 from elastocal.io.robot_checks import RESERVED
+from elastocal.io.urdf_extension import EXTENSION, read_extension
 from elastocal.robot import Frame, Joint, Robot, Row
 
 KINDS: dict[str, Joint | None] = {
@@ -66,12 +67,15 @@ def read_urdf(path: Path, tip: str | None = None) -> Robot:
     """The chain of a URDF from its root to the link `tip`, which may be left out where nothing branches.
 
     Gravity is (0, 0, -9.81) m/s2 in the root's frame. Links beside the chain or beyond the tip add their mass to the
-    link that carries them, their joints at zero.
+    link that carries them, their joints at zero. A robot that `elastocal export` wrote into the element <elastocal> is
+    read back from it.
 
     Raises:
         InputError: it is not a URDF, has a joint that cannot be modelled, or branches and no tip is named.
     """
     root = _root(path)
+    if root.find(EXTENSION) is not None:
+        return read_extension(path, root, tip)
     tree = _Tree(_by_name(path, root, "link"), _by_name(path, root, "joint"))
     _check_links(tree, path)
     chain = _chain(tree, path, tip)
@@ -84,9 +88,23 @@ def read_urdf(path: Path, tip: str | None = None) -> Robot:
     return Robot(root.get("name", path.stem), "urdf", rows)
 
 
+def tips_of(path: Path) -> tuple[str, ...]:
+    """The links of a URDF that carry no other: where its chain may end.
+
+    Raises:
+        InputError: it is not a URDF.
+    """
+    root = _root(path)
+    tree = _Tree(_by_name(path, root, "link"), _by_name(path, root, "joint"))
+    carriers = {_link(joint, "parent") for joint in tree.joints.values()}
+    return tuple(link for link in tree.links if link not in carriers)
+
+
 def _root(path: Path) -> Element:
     """The <robot> of a file."""
     text = read_text(path)
+    if "<!ENTITY" in text:
+        raise InputError(f"{path}: expected no entities (<!ENTITY), which may grow without bound: write them out")
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError as error:
