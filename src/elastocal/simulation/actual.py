@@ -36,15 +36,25 @@ def with_geometry_errors(robot: Robot, length: float, angle: float, seed: int | 
     return robot.displaced(errors)
 
 
-def with_frames_drawn(robot: Robot, seed: int | np.random.Generator = 0) -> Robot:
+def reach_of(robot: Robot) -> float:
+    """How far a robot's flange gets from its base [m]."""
+    bare = robot.with_frames(dict.fromkeys(robot.frames, Frame(known=True)))
+    return max(float(np.linalg.norm(predict(bare, random_poses(bare, 500))[0], axis=1).max()), OFFSET)
+
+
+def with_frames_drawn(robot: Robot, seed: int | np.random.Generator = 0, reach: float | None = None) -> Robot:
     """The robot with a frame drawn for each that is neither known nor guessed: so it might have been set up.
 
     An instrument stands somewhere around the robot, upright to about a degree. A tool puts its target off the last
     axis, without which the last joints could not be told.
+
+    Args:
+        robot: whose frames are drawn.
+        seed: of the frames.
+        reach: of the robot [m]; None: it is looked for.
     """
     rng = np.random.default_rng(seed)
-    bare = robot.with_frames(dict.fromkeys(robot.frames, Frame(known=True)))
-    reach = max(float(np.linalg.norm(predict(bare, random_poses(bare, 500))[0], axis=1).max()), OFFSET)
+    reach = reach_of(robot) if reach is None else reach
     drawn = {}
     for name, frame in robot.frames.items():
         if not frame.known and frame.xyz is None and frame.rpy is None:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elastocal.chain import Array
 from elastocal.errors import InputError
@@ -60,16 +63,60 @@ def random_poses(
     if region.cone is not None:
         centre = positions(_uniform(robot, CENTRE_POSES, np.random.default_rng(0))).mean(axis=0)
     base = moved.base if station is None else moved.stations[station]
-    chosen, tried, rejected = np.empty((0, robot.positions)), 0, Counter[str]()
-    while len(chosen) < count:
-        if tried >= MOST_TRIES + TRIES_PER_POSE * count:
-            raise InputError(_too_few(len(chosen), count, tried, rejected))
+    drawn = draw(
+        robot, count, rng, lambda q: region.rejected(positions(q), base, centre), MOST_TRIES + TRIES_PER_POSE * count
+    )
+    if len(drawn.q) < count:
+        raise InputError(drawn.too_few(count))
+    return drawn.q
+
+
+class Drawn(NamedTuple):
+    """Poses drawn at random that nothing rejects.
+
+    Attributes:
+        q: (poses, joints).
+        tried: how many were drawn.
+        rejected: how many of them each constraint rejects.
+    """
+
+    q: Array
+    tried: int
+    rejected: Counter[str]
+
+    def too_few(self, count: int) -> str:
+        """A sentence on there being less than `count`."""
+        shares = (f"{name} rejects {100.0 * n / self.tried:.4g} %" for name, n in self.rejected.most_common())
+        return (
+            f"found {len(self.q)} of {count} poses: of {self.tried} drawn within the joint limits, "
+            f"{', '.join(shares)}; widen what rejects most"
+        )
+
+
+def draw(
+    robot: Robot,
+    count: int,
+    rng: np.random.Generator,
+    rejected: Callable[[Array], Mapping[str, NDArray[np.bool_]]],
+    most: int,
+) -> Drawn:
+    """Poses within the joints' limits that nothing rejects: `count` of them, fewer if `most` tries do not find them.
+
+    Args:
+        robot: whose limits they keep to.
+        count: how many.
+        rng: draws them.
+        rejected: which of some poses (n, joints) each constraint rejects, (n,) by name.
+        most: after so many tries no more are drawn.
+    """
+    chosen, tried, counts = np.empty((0, robot.positions)), 0, Counter[str]()
+    while len(chosen) < count and tried < most:
         q = _uniform(robot, max(count, tried // 4), rng)
-        misses = region.rejected(positions(q), base, centre)
-        rejected.update({name: int(miss.sum()) for name, miss in misses.items()})
+        misses = rejected(q)
+        counts.update({name: int(miss.sum()) for name, miss in misses.items()})
         missed = np.logical_or.reduce([np.zeros(len(q), dtype=bool), *misses.values()])
         chosen, tried = np.concatenate([chosen, q[~missed]]), tried + len(q)
-    return chosen[:count]
+    return Drawn(chosen[:count], tried, counts)
 
 
 def _uniform(robot: Robot, count: int, rng: np.random.Generator) -> Array:
@@ -79,10 +126,3 @@ def _uniform(robot: Robot, count: int, rng: np.random.Generator) -> Array:
         ranges = [free["revolute"]] * robot.positions
     low, high = np.array(ranges).T
     return rng.uniform(low, high, size=(count, len(low)))
-
-
-def _too_few(found: int, count: int, tried: int, rejected: Counter[str]) -> str:
-    shares = ", ".join(f"{name} rejects {100.0 * number / tried:.4g} %" for name, number in rejected.most_common())
-    return (
-        f"found {found} of {count} poses: of {tried} drawn within the joint limits, {shares}; widen what rejects most"
-    )

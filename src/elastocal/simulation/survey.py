@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -104,6 +105,49 @@ def survey(
         )
         parts.append(_exact(moved, q, instrument.kinds, station, target, load))
     return read(instrument, concatenate(parts), for_noise)
+
+
+def survey_at(
+    robot: Robot, poses: Measurements, instrument: Instrument, seed: int | np.random.Generator = 0
+) -> Measurements:
+    """Measure an actual robot at given poses, with the targets, payloads, stations and wrenches that they name.
+
+    Args:
+        robot: the actual robot.
+        poses: whatever was measured there.
+        instrument: how it measures.
+        seed: of noise and outliers.
+    """
+    position, orientation = np.empty((len(poses), 3)), np.empty((len(poses), 3, 3))
+    for part in poses.combinations:
+        wrench = None if poses.wrench is None else poses.wrench[part.rows]
+        position[part.rows], orientation[part.rows] = predict(
+            robot, poses.q[part.rows], station=part.station, target=part.target, load=part.load, wrench=wrench
+        )
+    exact = replace(
+        poses,
+        position=position if "position" in instrument.kinds else None,
+        orientation=orientation if "orientation" in instrument.kinds else None,
+        distance=np.linalg.norm(position, axis=1) if "distance" in instrument.kinds else None,
+    )
+    return read(instrument, exact, seed)
+
+
+def survey_blocks(
+    survey_some: Callable[[int, np.random.Generator], Measurements], count: int, rows: int, seed: np.random.Generator
+) -> Iterator[Measurements]:
+    """A survey in blocks, each with a stream of chance of its own; one block is the survey with the same seed.
+
+    Args:
+        survey_some: makes a survey of so many poses.
+        count: how many poses there are in all.
+        rows: how many a block has at most.
+        seed: of all blocks.
+    """
+    blocks = -(-count // rows)
+    streams = [seed] if blocks == 1 else seed.spawn(blocks)
+    for number, stream in enumerate(streams):
+        yield survey_some(min(rows, count - number * rows), stream)
 
 
 def _exact(
