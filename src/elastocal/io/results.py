@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict
 from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
@@ -18,13 +20,17 @@ from elastocal.errors import InputError
 from elastocal.identification import (
     CalibrationResult,
     IdentifiedElement,
+    MapFit,
+    Observability,
     Outlier,
-    PriorFit,
-    Residuals,
+    SavedResult,
     Search,
     Statistics,
 )
+from elastocal.io.covariances import covariance_table
 from elastocal.io.files import require_writable, write_files
+from elastocal.io.residual_files import residual_columns, wrench_columns
+from elastocal.io.result_files import saved_result
 from elastocal.io.robot_toml import robot_to_toml
 from elastocal.measurements import Measurements
 from elastocal.repeatability import Repeatability
@@ -32,20 +38,27 @@ from elastocal.validation import ValidationResult
 
 FORMAT = "elastocal-result/1"
 
-RESULT_FILES = ("robot.toml", "result.json", "residuals.csv")
-"""What a calibration writes into its folder."""
+RESULT_FILES = ("robot.toml", "result.json", "residuals.csv", "report.html")
+"""What a calibration writes into its folder, the report last."""
+
+REPORT_FILE = RESULT_FILES[-1]
 
 
 def save_result(
-    result: CalibrationResult, folder: str | Path, data_sha256: Sequence[str] = (), inputs: Sequence[Path] = ()
+    result: CalibrationResult,
+    folder: str | Path,
+    data_sha256: Sequence[str] = (),
+    inputs: Sequence[Path] = (),
+    report: Callable[[SavedResult], str] | None = None,
 ) -> tuple[str, ...]:
-    """Write robot.toml, result.json and residuals.csv into a folder, all or none.
+    """Write robot.toml, result.json, residuals.csv and perhaps a report into a folder, all or none.
 
     Args:
         result: of a calibration.
         folder: made if it is not there.
         data_sha256: hashes of the data files.
         inputs: files that must not be overwritten.
+        report: makes report.html of what is saved. Without it a report of an earlier result there is removed.
 
     Returns:
         The names of the files.
@@ -56,13 +69,21 @@ def save_result(
     folder = Path(folder)
     require_result_folder(folder, inputs)
     head = f"# {' '.join(result.robot.name.split())}, identified by elastocal {version('elastocal')}; SI units.\n"
-    contents = (
-        head + robot_to_toml(result.robot),
-        result_json(result, data_sha256) + "\n",
-        residuals_csv(result),
+    text, rows = result_json(result, data_sha256) + "\n", residuals_csv(result)
+    contents: dict[str, str | bytes] = dict(
+        zip(RESULT_FILES, (head + robot_to_toml(result.robot), text, rows), strict=False)
     )
-    write_files(folder, dict(zip(RESULT_FILES, contents, strict=True)), inputs)
-    return RESULT_FILES
+    if report is not None:
+        contents[REPORT_FILE] = report(saved_result(result.robot, text, rows))
+    write_files(folder, contents, inputs)
+    if report is None:
+        (folder / REPORT_FILE).unlink(missing_ok=True)  # it tells of another result
+    return tuple(contents)
+
+
+def as_saved(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> SavedResult:
+    """The result as it would be read from its files."""
+    return saved_result(result.robot, result_json(result, data_sha256), residuals_csv(result))
 
 
 def require_result_folder(folder: Path, inputs: Iterable[Path] = ()) -> None:
@@ -78,7 +99,6 @@ def require_result_folder(folder: Path, inputs: Iterable[Path] = ()) -> None:
 
 def result_json(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> str:
     """The result object as JSON, SI units; what is not a finite number is null."""
-    seen = result.observability
     return dump(
         {
             "format": FORMAT,
@@ -112,22 +132,18 @@ def result_json(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> s
                 for e in result.elastic
             ],
             "residuals": {name: statistics_table(found) for name, found in result.residuals.items()},
-            "observability": {
-                "rank": seen.rank,
-                "parameters": seen.parameters,
-                "condition": seen.condition,
-                **{f"O{i}": getattr(seen, f"O{i}") for i in range(1, 6)},
-            },
+            "observability": observability_table(result.observability),
             "search": None if result.search is None else search_table(result.search),
-            "transmission": None if result.prior is None or not result.prior.orders else maps_table(result.prior),
-            "tolerance": {} if result.prior is None else result.prior.tolerances,
+            "transmission": None if result.maps is None else maps_table(result.maps),
+            "tolerance": dict(result.tolerances),
             "model_sigma": dict(result.model_sigma),
             "chi2_reduced": result.chi2_reduced,
-            "covariance": {"names": list(result.names), "matrix": result.covariance.tolist()},
+            "covariance": covariance_table(result.names, result.covariance),
             "correlated": [list(group) for group in result.correlated],
             "freedom": result.freedom,
             "bootstrap": result.bootstrap,
             "outliers": [outlier_table(outlier) for outlier in result.outliers],
+            "streamed": None if result.streamed is None else asdict(result.streamed),
             "warnings": list(result.warnings),
             "notes": list(result.notes),
             "iterations": result.iterations,
@@ -139,18 +155,38 @@ def result_json(result: CalibrationResult, data_sha256: Sequence[str] = ()) -> s
     )
 
 
+def observability_table(seen: Observability) -> dict[str, Any]:
+    """Rank, condition and indices, with what the data see least."""
+    return {
+        "rank": seen.rank,
+        "parameters": seen.parameters,
+        "condition": seen.condition,
+        **{f"O{i}": getattr(seen, f"O{i}") for i in range(1, 6)},
+        "singular_values": list(seen.singular_values),
+        "weakest": dict(seen.weakest),
+    }
+
+
 def transition_table(element: IdentifiedElement) -> dict[str, Any]:
     """Beside a transition torque: its standard deviation, the gap of loads it lies in, and the loads on each side."""
     if element.transition is None:
         return {}
+    curve = element.transition.curve
     return {
         "transition_std": element.transition_std,
         "transition_gap": list(element.transition.gap),
         "loads": {"below": element.transition.below, "above": element.transition.above},
+        "searched": element.transition.searched,
+        "curve": None if curve is None else {"torques": list(curve.torques), "rises": _rounded(curve.rises)},
     }
 
 
-def maps_table(maps: PriorFit) -> dict[str, Any]:
+def _rounded(values: Sequence[float]) -> list[float]:
+    """To five digits, which is more than a figure shows."""
+    return [float(f"{value:.5g}") for value in values]
+
+
+def maps_table(maps: MapFit) -> dict[str, Any]:
     """How joint maps were found: orders, the standard deviation in each band, evidence beside no maps."""
     return {
         "orders": maps.orders,
@@ -162,6 +198,7 @@ def maps_table(maps: PriorFit) -> dict[str, Any]:
 def outlier_table(outlier: Outlier) -> dict[str, Any]:
     """A row that does not fit the others; residual in m or rad."""
     return {
+        "index": outlier.index,
         "file": outlier.file,
         "row": outlier.row,
         "kind": outlier.kind,
@@ -174,12 +211,20 @@ def outlier_table(outlier: Outlier) -> dict[str, Any]:
 
 def search_table(search: Search) -> dict[str, Any]:
     """How transition torques were found; fitness is relative to that of linear laws."""
+    pair = None
+    if search.pair is not None:
+        pair = {
+            "elements": list(search.pair.elements),
+            "torques": [list(torques) for torques in search.pair.torques],
+            "rises": [_rounded(row) for row in search.pair.rises],
+        }
     return {
         "method": search.method,
         "proven": search.proven,
         "fits": search.fits,
         "best_fitness": list(search.history),
         "seconds": search.seconds,
+        **({} if pair is None else {"pair": pair}),
     }
 
 
@@ -250,15 +295,26 @@ def repeatability_table(found: Repeatability) -> dict[str, Any]:
 
 
 def dump(value: Mapping[str, Any]) -> str:
-    """A JSON object; what is not a finite number is null."""
-    return json.dumps(_finite(value), indent=1, ensure_ascii=False, allow_nan=False)
+    """A JSON object; what is not a finite number is null, and a list of numbers is one line."""
+    lines: list[str] = []
+    text = json.dumps(_finite(value, lines), indent=1, ensure_ascii=False, allow_nan=False)
+    return LINE.sub(lambda found: lines[int(found[1])], text)
 
 
-def _finite(value: Any) -> Any:
+LINE = re.compile(r'"\\u0000(\d+)\\u0000"')
+"""Where a list of numbers goes: no text of a user holds the character zero."""
+
+
+def _finite(value: Any, lines: list[str]) -> Any:
+    """Without numbers that are not finite; lists of numbers are moved to `lines`."""
     if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: _finite(item, lines) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
+        items = [_finite(item, lines) for item in value]
+        if not items or any(isinstance(item, (dict, list, str)) for item in items):
+            return items
+        lines.append(json.dumps(items))
+        return f"\0{len(lines) - 1}\0"
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
@@ -270,7 +326,7 @@ def save_residuals(result: ValidationResult, path: Path, inputs: Iterable[Path] 
     Raises:
         InputError: the file would overwrite an input, or cannot be written.
     """
-    columns = places_of(result.data) | _errors(result.residuals, "")
+    columns = places_of(result.data) | residual_columns(result.residuals, "")
     write_files(path.parent, {path.name: csv_bytes(columns)}, inputs)
 
 
@@ -280,18 +336,9 @@ def residuals_csv(result: CalibrationResult) -> bytes:
     columns = places_of(errors.data)
     columns["set"] = np.where(errors.held_out, "held_out", "fitted").tolist()
     columns["outlier"] = np.isin(np.arange(len(errors.data)), [outlier.index for outlier in result.outliers])
-    columns |= _errors(errors.nominal, "nominal_") | _errors(errors.calibrated, "calibrated_")
+    columns |= wrench_columns(errors.data)
+    columns |= residual_columns(errors.nominal, "nominal_") | residual_columns(errors.calibrated, "calibrated_")
     return csv_bytes(columns)
-
-
-def _errors(found: Residuals, prefix: str) -> dict[str, Any]:
-    columns: dict[str, Any] = {}
-    if found.position is not None:
-        columns |= {f"{prefix}d{axis} [mm]": 1e3 * d for axis, d in zip("xyz", found.position.T, strict=True)}
-    columns[f"{prefix}error [mm]"] = 1e3 * found.norms
-    if found.angles is not None:
-        columns[f"{prefix}angle [mrad]"] = 1e3 * found.angles
-    return columns
 
 
 def places_of(data: Measurements) -> dict[str, Any]:

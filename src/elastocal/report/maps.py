@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from elastocal.chain import Array
-from elastocal.identification import CalibrationResult
+from elastocal.errors import InputError
+from elastocal.identification import AnyResult
 from elastocal.report.section import Section
 
 POINTS = 2000
@@ -15,8 +16,14 @@ STRONGEST = 4
 """So many orders of a map are named."""
 
 
-def maps_section(result: CalibrationResult) -> Section:
-    """Each joint's map over the positions that were measured: its size and its strongest orders."""
+def maps_section(result: AnyResult) -> Section:
+    """Each joint's map over the positions that were measured: its size and its strongest orders.
+
+    Raises:
+        InputError: the result was loaded without its rows.
+    """
+    if result.errors is None:
+        raise InputError("the result has no rows: there is no residuals.csv in its folder")
     q = result.errors.data.q[~result.errors.held_out]
     turned = q if result.robot.coupling is None else q @ np.array(result.robot.coupling).T
     rows = []
@@ -49,8 +56,8 @@ def _widest_gap(positions: Array, turns: bool) -> float:
     return float(np.diff(ordered, append=ordered[0] + 2.0 * np.pi).max())
 
 
-def _sentences(result: CalibrationResult) -> list[str]:
-    maps = result.prior
+def _sentences(result: AnyResult) -> list[str]:
+    maps = result.maps
     if maps is None:
         return []
     told = [f"Fourier maps of {maps.orders} orders, each band's size estimated from the data"]

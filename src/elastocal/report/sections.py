@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from elastocal.comparison import Comparison
-from elastocal.identification import CalibrationResult, IdentifiedElement, IdentifiedParameter, Statistics
+from elastocal.identification import AnyResult, IdentifiedElement, IdentifiedParameter, Statistics
 from elastocal.repeatability import FEWEST, Repeatability
 from elastocal.report.maps import maps_section
 from elastocal.report.section import Section
@@ -47,7 +47,7 @@ def error_section(title: str, found: Mapping[str, Statistics], verdict: str) -> 
     return Section(title, header, tuple(rows), (verdict,))
 
 
-def outlier_section(result: CalibrationResult, most: int = 10) -> Section:
+def outlier_section(result: AnyResult, most: int = 10) -> Section:
     """Rows that do not fit the others, the worst first."""
     rows = []
     for o in result.outliers[:most]:
@@ -61,7 +61,7 @@ def outlier_section(result: CalibrationResult, most: int = 10) -> Section:
     return Section("Outliers", header, tuple(rows), (*sentences, explained))
 
 
-def parameter_section(result: CalibrationResult) -> Section:
+def parameter_section(result: AnyResult) -> Section:
     """What was identified, with standard deviations; what was not, counted."""
     maps = {f"{e}.{key}" for e, found in result.robot.transmission.items() for key in found.coefficients}
     shown = [p for p in result.parameters if p.std is not None and not _elastic(p) and p.name not in maps]
@@ -94,14 +94,14 @@ def _not_identified(parameters: Sequence[IdentifiedParameter]) -> list[str]:
     return counted
 
 
-def elastic_section(result: CalibrationResult) -> Section:
+def elastic_section(result: AnyResult) -> Section:
     """Compliance and stiffness of each elastic element, and how its transition torque was found."""
     rows = [row for element in result.elastic for row in _elastic_rows(element, result)]
     header = ("compliance", "unit", "identified", "±", "stiffness", "verdict")
     return Section("Compliance", header, tuple(rows), (*_torque_intervals(result), *_how_found(result)))
 
 
-def _torque_intervals(result: CalibrationResult) -> Iterator[str]:
+def _torque_intervals(result: AnyResult) -> Iterator[str]:
     """Where transition torques lie with 95 % confidence, which their standard deviations do not tell."""
     for p in result.parameters:
         if p.name.endswith(".transition_torque") and p.interval is not None:
@@ -110,7 +110,7 @@ def _torque_intervals(result: CalibrationResult) -> Iterator[str]:
             yield f"{p.name.replace('.transition_torque', ' torque')}: {reach} {p.unit} with 95 % confidence."
 
 
-def _how_found(result: CalibrationResult) -> list[str]:
+def _how_found(result: AnyResult) -> list[str]:
     """How transition torques were found."""
     search = result.search
     if search is None or search.method == "given":
@@ -121,7 +121,7 @@ def _how_found(result: CalibrationResult) -> list[str]:
     return [f"Transition torques: genetic algorithm, {search.fits} fits in {len(search.history)} generations."]
 
 
-def _elastic_rows(element: IdentifiedElement, result: CalibrationResult) -> list[tuple[str, ...]]:
+def _elastic_rows(element: IdentifiedElement, result: AnyResult) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for p in result.parameters:
         if p.name.rpartition(".")[0] != element.element or not _elastic(p):
@@ -149,7 +149,7 @@ def advice_sections(warnings: Sequence[str], notes: Sequence[str] = ()) -> list[
     return found
 
 
-def calibration_sections(result: CalibrationResult) -> list[Section]:
+def calibration_sections(result: AnyResult) -> list[Section]:
     """All sections on a calibration: verdict first."""
     sections = [
         error_section(f"{result.robot.name}: {result.status.replace('_', ' ')}", result.residuals, result.verdict)
@@ -159,7 +159,7 @@ def calibration_sections(result: CalibrationResult) -> list[Section]:
     sections.append(parameter_section(result))
     if result.elastic:
         sections.append(elastic_section(result))
-    if result.prior and result.prior.orders:
+    if result.maps:
         sections.append(maps_section(result))
     return sections + advice_sections(result.warnings, result.notes)
 

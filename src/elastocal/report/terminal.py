@@ -18,9 +18,13 @@ STYLES = {"identified": "green", "insignificant": "yellow", "unobservable": "red
 def print_sections(sections: Sequence[Section], console: Console) -> None:
     """Print sections one after the other, as wide as the terminal."""
     for section in sections:
+        if section.page_only or not (section.rows or section.sentences or section.verdict):
+            continue
         console.print(Text(section.title, style="bold"))
         if section.rows:
             console.print(_table(section))
+        if section.verdict:
+            console.print(Padding(Text(section.verdict.text), (0, 0, 0, 1)))
         for sentence in section.sentences:
             mark = "! " if section.title == "Warnings" else "- " if section.title == "Notes" else ""
             console.print(Padding(Text(mark + sentence), (0, 0, 0, 1)))

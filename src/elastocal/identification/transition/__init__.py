@@ -2,6 +2,7 @@
 
 from elastocal.identification.transition.find import find_torques
 from elastocal.identification.transition.genetic import GeneticSearch
+from elastocal.identification.transition.likelihood import TorqueCurve, TorqueMap
 from elastocal.identification.transition.outcome import TransitionData, free_torques, transitions_of
 from elastocal.identification.transition.request import (
     Transition,
@@ -11,12 +12,15 @@ from elastocal.identification.transition.request import (
     with_transition,
 )
 from elastocal.identification.transition.search import Search, linear_model, problem_of
-from elastocal.identification.transition.trial import Problem, Trial, fit_anew
+from elastocal.identification.transition.trial import HINGE_STEPS, Problem, Trial, fit_anew
 
 __all__ = [
+    "HINGE_STEPS",
     "GeneticSearch",
     "Problem",
     "Search",
+    "TorqueCurve",
+    "TorqueMap",
     "Transition",
     "TransitionData",
     "Trial",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 
 from elastocal.identification.transition.genetic import GeneticSearch, search_genetically
 from elastocal.identification.transition.request import Transition
@@ -16,6 +17,7 @@ def find_torques(
     given: Mapping[str, float],
     seed: int = 0,
     on_generation: Callable[[int, int], None] | None = None,
+    executor: Executor | None = None,
 ) -> tuple[Problem, Search | None]:
     """The problem at the fit with the transition torques found, and how they were; None where there are none to find.
 
@@ -25,6 +27,7 @@ def find_torques(
         given: instead, the torques by element.
         seed: of all chance.
         on_generation: called with the number of generations done and of all.
+        executor: where the fits of a generation run; None: here.
 
     Raises:
         EquilibriumError: the robot does not settle.
@@ -37,5 +40,5 @@ def find_torques(
         trial, search = search_exactly(problem, seed)
     else:
         settings = transition if isinstance(transition, GeneticSearch) else GeneticSearch()
-        trial, search = search_genetically(problem, settings, seed, on_generation)
+        trial, search = search_genetically(problem, settings, seed, on_generation, executor)
     return problem.after(trial), search

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from elastocal.errors import EquilibriumError
+from elastocal.identification.threads import one_thread
 from elastocal.identification.transition.search import Search
 from elastocal.identification.transition.trial import Problem, Trial, fit_at, polished
+from elastocal.parallel import in_order
 
 OnGeneration = Callable[[int, int], None]
 
@@ -25,7 +29,11 @@ class GeneticSearch:
 
 
 def search_genetically(
-    problem: Problem, settings: GeneticSearch, seed: int = 0, on_generation: OnGeneration | None = None
+    problem: Problem,
+    settings: GeneticSearch,
+    seed: int = 0,
+    on_generation: OnGeneration | None = None,
+    executor: Executor | None = None,
 ) -> tuple[Trial, Search]:
     """Breed combinations of transition torques; the fitness is the residual of the full iteration.
 
@@ -37,13 +45,14 @@ def search_genetically(
         settings: size of the search.
         seed: of all chance.
         on_generation: called with the number of generations done and of all.
+        executor: where the fits of a generation run; None: here.
 
     Raises:
         EquilibriumError: the robot settles with none of the combinations.
     """
     # imported late: it takes longer than the exact search
     from pymoo.algorithms.soo.nonconvex.ga import GA
-    from pymoo.core.problem import ElementwiseProblem
+    from pymoo.core.problem import Problem as Searched
     from pymoo.operators.crossover.sbx import SBX
     from pymoo.operators.mutation.pm import PM
     from pymoo.operators.repair.rounding import RoundingRepair
@@ -55,11 +64,13 @@ def search_genetically(
     history: list[float] = []
     fits = 0
 
-    class Fitness(ElementwiseProblem):  # type: ignore[misc]
-        def _evaluate(self, x: Any, out: dict[str, Any], *_: Any, **__: Any) -> None:
+    misfit = partial(_misfit, problem)
+
+    class Fitness(Searched):  # type: ignore[misc]
+        def _evaluate(self, combinations: Any, out: dict[str, Any], *_: Any, **__: Any) -> None:
             nonlocal fits
-            fits += 1
-            out["F"] = _misfit(problem, x)
+            fits += len(combinations)
+            out["F"] = np.array(list(in_order(misfit, list(combinations), executor)))
 
     def record(algorithm: Any) -> None:
         history.append(float(algorithm.pop.get("F").min()))
@@ -84,6 +95,7 @@ def search_genetically(
     return best, Search("ga", False, fits, tuple(history), time.perf_counter() - began)
 
 
+@one_thread
 def _misfit(problem: Problem, combination: Any) -> float:
     try:
         return fit_at(problem, problem.torques_of(combination)).misfit

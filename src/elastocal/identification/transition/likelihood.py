@@ -8,7 +8,7 @@ about the best torque, which is what a covariance says, would be too narrow.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,21 +24,100 @@ FINE = 60
 OTHERS = 40
 """Torques of each other element that are tried beside one's where all pairs would be too many."""
 
+KEPT, KEPT_NEAR, KEPT_OF_PAIR = 120, 40, 60
+"""Torques of a curve that are kept: over its whole range, and to both sides of the best one; and of each of a pair."""
+
 Interval = tuple[float, float]
 
 
-def torque_intervals(problem: Problem, trial: Trial, reach: float) -> dict[str, Interval]:
-    """Intervals of transition torques by element; they end at 0 or at infinity where the data do not end them.
+@dataclass(frozen=True)
+class TorqueCurve:
+    """The misfit at transition torques of one element, all else at its best beside each.
+
+    Attributes:
+        torques: (k,) ascending [N m or N], some of those that were compared.
+        rises: (k,) above the least, in units of the variance that the best fit leaves: what chi-square rises by.
+    """
+
+    torques: tuple[float, ...]
+    rises: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class TorqueMap:
+    """The same at pairs of transition torques of two elements.
+
+    Attributes:
+        elements: the two.
+        torques: of each, ascending [N m or N].
+        rises: (first's torques, second's torques).
+    """
+
+    elements: tuple[str, str]
+    torques: tuple[tuple[float, ...], tuple[float, ...]]
+    rises: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """What the data say of transition torques.
+
+    Attributes:
+        intervals: by element; they end at 0 or at infinity where the data do not end them.
+        curves: by element.
+        pair: of two elements; None of any other number.
+    """
+
+    intervals: Mapping[str, Interval]
+    curves: Mapping[str, TorqueCurve]
+    pair: TorqueMap | None = None
+
+
+def torque_likelihood(problem: Problem, trial: Trial, reach: float) -> Likelihood:
+    """Intervals of transition torques, and the misfit that they come from.
 
     Args:
         problem: at the fit.
         trial: the fit.
         reach: Student's quantile.
     """
-    limit = reach**2 * _variance(trial)
+    variance = _variance(trial)
+    limit = reach**2 * variance
     closer = replace(problem, grids=_closer(problem, trial, limit))
-    rises = _rises(closer, trial)
-    return {e: _interval(grid, rises[e], limit) for e, grid in closer.grids.items()}
+    profile = _profile(closer)
+    rises = _rises(profile, closer, trial)
+    return Likelihood(
+        intervals={e: _interval(grid, rises[e], limit) for e, grid in closer.grids.items()},
+        curves={e: _curve(grid.torques, rises[e] / variance) for e, grid in closer.grids.items()},
+        pair=_pair(profile, closer, variance) if len(closer.grids) == 2 else None,
+    )
+
+
+def _profile(problem: Problem) -> Profile:
+    model = problem.model(problem.torques)
+    return profile_of(model, problem.start, problem.variances, problem.laws, problem.grids)
+
+
+def _curve(torques: Array, rises: Array) -> TorqueCurve:
+    """A curve thinned to what can be seen of it."""
+    best = int(np.argmin(rises))
+    near = np.arange(max(best - KEPT_NEAR, 0), min(best + KEPT_NEAR + 1, len(torques)))
+    kept = np.unique(np.append(np.linspace(0, len(torques) - 1, KEPT).astype(int), near))
+    return TorqueCurve(tuple(torques[kept].tolist()), tuple(rises[kept].tolist()))
+
+
+def _pair(profile: Profile, problem: Problem, variance: float) -> TorqueMap:
+    """The misfit at pairs of torques, at the best pair and so many others."""
+    misfits = profile.all_misfits()
+    best = np.unravel_index(int(np.argmin(misfits)), misfits.shape)
+    kept = [
+        np.unique(np.append(np.linspace(0, count - 1, KEPT_OF_PAIR).astype(int), at))
+        for count, at in zip(misfits.shape, best, strict=True)
+    ]
+    first, second = (tuple(g.torques[k].tolist()) for g, k in zip(problem.grids.values(), kept, strict=True))
+    one, other = problem.grids
+    rises = (misfits[np.ix_(*kept)] - misfits[best]) / variance
+    return TorqueMap((one, other), (first, second), tuple(map(tuple, rises.tolist())))
 
 
 def _variance(trial: Trial) -> float:
@@ -53,7 +132,7 @@ def _closer(problem: Problem, trial: Trial, limit: float) -> Mapping[str, Grid]:
     """The grids, of hinges with more torques where the coarse ones rise to the limit."""
     if not any(grid.smooth for grid in problem.grids.values()):
         return problem.grids
-    rises, found = _rises(problem, trial), dict(problem.grids)
+    rises, found = _rises(_profile(problem), problem, trial), dict(problem.grids)
     for element, grid in problem.grids.items():
         if grid.smooth:
             within = np.flatnonzero(rises[element] <= limit)
@@ -64,10 +143,8 @@ def _closer(problem: Problem, trial: Trial, limit: float) -> Mapping[str, Grid]:
     return found
 
 
-def _rises(problem: Problem, trial: Trial) -> dict[str, Array]:
+def _rises(profile: Profile, problem: Problem, trial: Trial) -> dict[str, Array]:
     """The misfit above its least at each torque of each element, the others at their best beside it."""
-    model = problem.model(problem.torques)
-    profile = profile_of(model, problem.start, problem.variances, problem.laws, problem.grids)
     best = [int(np.argmin(np.abs(g.torques - trial.torques[e]))) for e, g in problem.grids.items()]
     found = [_profiled(profile, e, np.array(best)) for e in range(len(best))]
     least = min(float(misfits.min()) for misfits in found)

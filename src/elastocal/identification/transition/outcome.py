@@ -8,7 +8,13 @@ import numpy as np
 
 from elastocal.elasticity import HINGE
 from elastocal.identification.transition.grid import SAME, group_starts
-from elastocal.identification.transition.likelihood import Interval, torque_intervals
+from elastocal.identification.transition.likelihood import (
+    Interval,
+    Likelihood,
+    TorqueCurve,
+    TorqueMap,
+    torque_likelihood,
+)
 from elastocal.identification.transition.profile import profile_of
 from elastocal.identification.transition.search import Search
 from elastocal.identification.transition.trial import Problem, Trial
@@ -24,6 +30,7 @@ class TransitionData:
         below, above: how many different loads there are on each side.
         searched: whether the torque was searched; else it was given.
         interval: that covers the true torque with 95 % confidence; None if it was given.
+        curve: the misfit at other torques; None if it was given.
     """
 
     spread: float
@@ -32,12 +39,13 @@ class TransitionData:
     above: int
     searched: bool
     interval: Interval | None = None
+    curve: TorqueCurve | None = None
 
 
 def transitions_of(
     problem: Problem, trial: Trial, search: Search | None, reach: float = 1.96
-) -> dict[str, TransitionData]:
-    """The data on both sides of a fit's transition torques, by element.
+) -> tuple[dict[str, TransitionData], TorqueMap | None]:
+    """The data on both sides of a fit's transition torques, by element; the misfit at all pairs of two such torques.
 
     Args:
         problem: that was fitted.
@@ -48,7 +56,7 @@ def transitions_of(
     searched = search is not None and search.method != "given"
     fitted = replace(problem.after(trial), variances=trial.solution.variances)
     spreads = _spreads(fitted, trial) if searched else dict.fromkeys(trial.torques, 0.0)
-    intervals = torque_intervals(fitted, trial, reach) if searched else {}
+    told = torque_likelihood(fitted, trial, reach) if searched else Likelihood({}, {})
     found = {}
     for element, torque in trial.torques.items():
         sizes = np.sort(np.abs(trial.loads[element]))
@@ -60,9 +68,10 @@ def transitions_of(
             len(group_starts(below, least)),
             len(group_starts(above, least)),
             searched,
-            intervals.get(element),
+            told.intervals.get(element),
+            told.curves.get(element),
         )
-    return found
+    return found, told.pair
 
 
 def _spreads(problem: Problem, trial: Trial) -> dict[str, float]:

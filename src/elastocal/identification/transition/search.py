@@ -14,6 +14,7 @@ from elastocal.identification.solver import fit
 from elastocal.identification.sums import misfit_of, normal_sums
 from elastocal.identification.transition.candidates import best_combinations
 from elastocal.identification.transition.grid import grids_of
+from elastocal.identification.transition.likelihood import TorqueMap
 from elastocal.identification.transition.profile import Profile, profile_of
 from elastocal.identification.transition.trial import Problem, Trial, fit_at, polished
 from elastocal.measurements import Measurements
@@ -45,6 +46,7 @@ class Search:
         history: the best fitness of each generation of a genetic algorithm: root mean square of the weighed residuals,
             in units of that of the fit with linear laws.
         seconds: what it took after the fit with linear laws.
+        pair: the misfit at pairs of torques, where two were searched.
     """
 
     method: str
@@ -52,6 +54,7 @@ class Search:
     fits: int
     history: tuple[float, ...] = ()
     seconds: float = 0.0
+    pair: TorqueMap | None = None
 
 
 def problem_of(
