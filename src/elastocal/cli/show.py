@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import os
+import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
@@ -31,9 +35,34 @@ class Calls(NamedTuple):
     on_part: Callable[[int, int], None] | None = None
 
 
+PROGRESS = "ELASTOCAL_PROGRESS"
+"""Set to "json" in the environment, progress goes to standard error as lines for another program, one object each."""
+
+OFTEN = 0.05
+"""Seconds between two such lines, at least."""
+
+
+def _json_lines() -> Calls:
+    told = [-OFTEN]
+
+    def tell(last: bool = False, **values: float) -> None:
+        now = time.monotonic()
+        if last or now - told[0] >= OFTEN:
+            told[0] = now
+            print(json.dumps({"progress": values}), file=sys.stderr, flush=True)
+
+    return Calls(
+        lambda step, misfit: tell(step=step, misfit=misfit),
+        lambda done, total: tell(done == total, done=done, total=total),
+    )
+
+
 @contextmanager
 def progress(title: str) -> Iterator[Calls]:
     """Progress on standard error while a fit runs, if that is a terminal: steps told, parts as a bar."""
+    if os.environ.get(PROGRESS) == "json":
+        yield _json_lines()
+        return
     console = Console(stderr=True)
     if not console.is_terminal:
         yield Calls()
