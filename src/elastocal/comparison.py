@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 
@@ -15,6 +16,7 @@ from elastocal.errors import EquilibriumError, InputError, unknown_name
 from elastocal.identification import CalibrationResult, Statistics, calibrate
 from elastocal.identification.sums import FLOOR
 from elastocal.measurements import Measurements
+from elastocal.parallel import in_order
 from elastocal.robot import Robot
 
 MODELS = ("rigid", *LAWS)
@@ -92,6 +94,7 @@ def compare(
     fix: Sequence[str] = (),
     seed: int = 0,
     on_fit: Callable[[int, int], None] | None = None,
+    executor: Executor | None = None,
 ) -> Comparison:
     """Fit models of compliance to the same data and recommend one.
 
@@ -105,6 +108,7 @@ def compare(
         fix: patterns of parameter names, as in `calibrate`.
         seed: of the division into folds.
         on_fit: called with the number of calibrations done and of all.
+        executor: where they run; None: here, one after the other. The result is the same.
 
     Raises:
         InputError: names that do not exist, or no element at all.
@@ -115,30 +119,50 @@ def compare(
     if faults:
         raise InputError(*faults)
     models = tuple(dict.fromkeys(models))
+    fits = {
+        name: partial(calibrate, robot, identify=identify, fix=fix, elastic=_laws(name, elastic)) for name in models
+    }
     done, total = 0, len(models) * (1 + (folds or 0))
 
-    def fitted(name: str, data: Measurements) -> CalibrationResult:
+    def count(*_: int) -> None:
         nonlocal done
-        laws = {} if name == "rigid" else dict.fromkeys(elastic, name)
-        result = calibrate(robot, data, elastic=laws, identify=identify, fix=fix)
         done += 1
         if on_fit is not None:
             on_fit(done, total)
-        return result
 
-    def robot_of(name: str, data: Measurements) -> Robot:
-        return fitted(name, data).robot
-
+    results = []
+    for result in in_order(partial(_fitted, data), list(fits.values()), executor, chunk=1):
+        results.append(result)
+        count()
     compared = []
-    for name in models:
-        try:
-            result = fitted(name, data)
-        except EquilibriumError:
+    for (name, fit), result in zip(fits.items(), results, strict=True):
+        if result is None:
             compared.append(ComparedModel(name, "no_equilibrium", 0))
             continue
-        unseen = None if folds is None else cross_validate(partial(robot_of, name), data, folds, seed)
+        unseen = None
+        if folds is not None:
+            unseen = cross_validate(partial(_robot_of, fit), data, folds, seed, on_fold=count, executor=executor)
         compared.append(_judged(name, result, unseen))
     return _concluded(robot, tuple(elastic), tuple(compared))
+
+
+def _laws(model: str, elements: Sequence[str]) -> dict[str, str]:
+    return {} if model == "rigid" else dict.fromkeys(elements, model)
+
+
+Fit = Callable[[Measurements], CalibrationResult]
+
+
+def _fitted(data: Measurements, fit: Fit) -> CalibrationResult | None:
+    """A model's calibration; None if the robot does not settle."""
+    try:
+        return fit(data)
+    except EquilibriumError:
+        return None
+
+
+def _robot_of(fit: Fit, data: Measurements) -> Robot:
+    return fit(data).robot
 
 
 def _judged(name: str, result: CalibrationResult, unseen: Statistics | None) -> ComparedModel:

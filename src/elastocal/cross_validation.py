@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Executor
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
+from elastocal.chain import Array
 from elastocal.errors import EquilibriumError, InputError
 from elastocal.identification import Statistics, residuals, statistics_of
+from elastocal.identification.threads import one_thread
 from elastocal.measurements import Measurements, folded
+from elastocal.parallel import in_order
 from elastocal.robot import Robot
 
 
 def cross_validate(
-    identify: Callable[[Measurements], Robot], data: Measurements, folds: int = 10, seed: int = 0
+    identify: Callable[[Measurements], Robot],
+    data: Measurements,
+    folds: int = 10,
+    seed: int = 0,
+    *,
+    on_fold: Callable[[int, int], None] | None = None,
+    executor: Executor | None = None,
 ) -> Statistics:
     """Identify a robot as often as there are folds, each time without one of them, and judge it by that one.
 
@@ -22,6 +34,8 @@ def cross_validate(
         data: what was measured; the rows of one pose are never divided.
         folds: into how many parts the rows are divided.
         seed: of the division.
+        on_fold: called with the number of folds done, and of all.
+        executor: where they run, which `identify` must be picklable for; None: here, one after the other.
 
     Returns:
         Statistics of the errors of all rows, each predicted by the robot that was identified without it; infinite
@@ -34,15 +48,24 @@ def cross_validate(
     if folds < 2 or len(np.unique(part)) < folds:
         raise InputError(f"folds is {folds}: expected at least 2, and at most as many as there are poses")
     errors, angles = np.full(len(data), np.inf), np.full(len(data), np.nan)
-    for fold in range(folds):
-        left_out = np.flatnonzero(part == fold)
-        try:
-            found = residuals(identify(data.take(np.flatnonzero(part != fold))), data.take(left_out))
-        except EquilibriumError:
-            continue
-        errors[left_out] = found.norms
-        if found.angles is not None:
-            angles[left_out] = found.angles
+    for fold, found in enumerate(in_order(partial(_left_out, identify, data, part), range(folds), executor, chunk=1)):
+        if found is not None:
+            errors[part == fold], angles[part == fold] = found
+        if on_fold is not None:
+            on_fold(fold + 1, folds)
     if np.isinf(errors).any():
         return Statistics(len(data), *(np.inf,) * 4)
     return statistics_of(errors, statistics_of(angles) if np.isfinite(angles).any() else None)
+
+
+@one_thread
+def _left_out(
+    identify: Callable[[Measurements], Robot], data: Measurements, part: NDArray[np.integer], fold: int
+) -> tuple[Array, Array] | None:
+    """Errors and angles of a fold's rows under the robot identified without them; None if it does not settle."""
+    rows = np.flatnonzero(part == fold)
+    try:
+        found = residuals(identify(data.take(np.flatnonzero(part != fold))), data.take(rows))
+    except EquilibriumError:
+        return None
+    return found.norms, np.full(len(rows), np.nan) if found.angles is None else found.angles

@@ -9,7 +9,9 @@ deviations three times too large, and often not all parameters.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +24,10 @@ from elastocal.identification.solver import Normal
 from elastocal.identification.statistics import residuals
 from elastocal.identification.sums import observation_variance, variance_of
 from elastocal.identification.table import Estimates
+from elastocal.identification.threads import one_thread
 from elastocal.identification.transition import Trial
 from elastocal.measurements import Measurements
+from elastocal.parallel import in_order
 from elastocal.parameters import parameters_of
 
 FEWEST = 20
@@ -107,6 +111,7 @@ def bootstrapped(
     count: int,
     seed: int = 0,
     on_sample: Callable[[int, int], None] | None = None,
+    executor: Executor | None = None,
 ) -> Bootstrap | None:
     """Fit as many data sets that might have been measured.
 
@@ -116,6 +121,7 @@ def bootstrapped(
         count: how many.
         seed: of the signs.
         on_sample: called with the number of fits done, and of all.
+        executor: where the fits run; None: here, one after the other.
 
     Returns:
         None if not all parameters are identifiable, or hardly any fit came to rest.
@@ -125,24 +131,35 @@ def bootstrapped(
     """
     if not Normal.of(found.solution.sums).seen.all():
         return None
-    rng, data = np.random.default_rng(seed), found.model.data
+    rng = np.random.default_rng(seed)
     pose, size = _error_sizes(found)
     estimate = _values(found, found)
+    signs = [rng.choice([-1.0, 1.0], len(size)).astype(np.int8) for _ in range(count)]
     fits = []
-    for done in range(count):
-        signs = rng.choice([-1.0, 1.0], len(size))
-        try:
-            fit = refit(_with_errors(found, data, (signs * size)[pose]))
-        except EquilibriumError:
-            fit = None
-        if fit is not None and fit.solution.converged:
-            values = _values(found, fit)
+    for done, values in enumerate(in_order(partial(_refitted, found, refit, pose, size), signs, executor), start=1):
+        if values is not None:
             fits.append([values[name] - estimate[name] for name in estimate])
         if on_sample is not None:
-            on_sample(done + 1, count)
+            on_sample(done, count)
     if len(fits) < FEWEST:
         return None
     return Bootstrap(count, count - len(fits), tuple(estimate), np.array(fits))
+
+
+@one_thread
+def _refitted(
+    found: Attempt,
+    refit: Callable[[Measurements], Attempt],
+    pose: NDArray[np.intp],
+    size: Array,
+    signs: NDArray[np.int8],
+) -> dict[str, float] | None:
+    """What a fit to the predictions with errors of these signs by pose identifies; None if it comes to no rest."""
+    try:
+        fit = refit(_with_errors(found, found.model.data, (signs * size)[pose]))
+    except EquilibriumError:
+        return None
+    return _values(found, fit) if fit.solution.converged else None
 
 
 def _error_sizes(found: Attempt) -> tuple[NDArray[np.intp], Array]:
