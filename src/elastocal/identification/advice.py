@@ -63,7 +63,7 @@ def _counted(result: CalibrationResult) -> str:
     """How many parameters were identified, the coefficients of joint maps apart."""
     if result.prior is None or not result.prior.orders:
         return f"{len(result.names)} parameters"
-    maps = sum(len(found.coefficients) for found in result.prior.model.robot.transmission.values())
+    maps = sum(len(found.coefficients) for found in result.prior.robot.transmission.values())
     return f"{len(result.names) - maps} parameters and joint maps of {result.prior.orders} orders"
 
 
@@ -196,21 +196,36 @@ def _notes(result: CalibrationResult) -> Iterator[str]:
         )
     for element in result.elastic:
         if element.law == "step" and element.transition is not None and element.verdict != "unobservable":
-            low, high = element.transition.gap
-            if not (element.transition.below and element.transition.above):
+            low, high = (f"{edge:.4g}" for edge in element.transition.gap)
+            if not (element.transition.below and element.transition.above) or low == high:
                 continue
             yield (
-                f"no measured load on {element.element} lies between {low:.4g} and {high:.4g} "
+                f"no measured load on {element.element} lies between {low} and {high} "
                 f"{_unit(result, element.element)}: which of its two compliances holds in there, these data cannot tell"
             )
     if result.search is not None and result.search.method == "exact" and not result.search.proven:
         yield "the transition torques are the best that were found: not all combinations were compared"
+    yield from _on_the_sample(result)
     yield from _on_chi2(result)
     yield from _on_priors(result)
     yield from _on_precision(result)
     dependent = sum(dropped.verdict == "dependent" for dropped in gauge.dropped.values())
     if dependent and not (result.prior and result.prior.tolerances):
         yield f"{dependent} parameters keep their nominal values: identified ones move the target just as they do"
+
+
+def _on_the_sample(result: CalibrationResult) -> Iterator[str]:
+    """What was decided on a sample of the rows."""
+    found = result.streamed
+    if found is None:
+        return
+    listed = len(result.outliers)
+    outliers = f", and the {listed} worst of {found.outliers} outliers" if found.outliers > listed else ""
+    yield (
+        f"all {found.rows} rows were fitted, read in {found.parts} parts; where the frames and transition torques lie "
+        f"was looked for with a sample of {found.sample} of them, whose residuals are those that are written row by "
+        f"row{outliers}"
+    )
 
 
 def _on_chi2(result: CalibrationResult) -> Iterator[str]:

@@ -2,12 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
+from elastocal.identification.partitioned import Partitioned
 from elastocal.identification.priors import PriorFit
 from elastocal.identification.solver import Solution
+from elastocal.identification.step_torques import StepTorque
 from elastocal.identification.transition import Problem, Search, Trial
 from elastocal.prediction import Model
+from elastocal.robot import Robot
+
+
+@dataclass(frozen=True)
+class Whole:
+    """What a fit of all rows of partitions has beside that of its sample.
+
+    Attributes:
+        model: of all rows.
+        nominal: the robot before, its open frames fitted to all rows.
+        sampled: the fit of the sample, with the transition torques that all rows tell.
+        steps: transition torques of steps as all rows tell them, by element.
+    """
+
+    model: Partitioned
+    nominal: Robot
+    sampled: Trial
+    steps: Mapping[str, StepTorque]
 
 
 @dataclass(frozen=True)
@@ -20,6 +41,7 @@ class Attempt:
         trial: the fit.
         held: compliances held at zero.
         prior: the fit with priors that followed; None without them.
+        whole: the fit of all rows, of which `model` has a sample; None where all rows are in memory.
     """
 
     problem: Problem
@@ -27,11 +49,30 @@ class Attempt:
     trial: Trial
     held: tuple[str, ...]
     prior: PriorFit | None = None
+    whole: Whole | None = None
 
     @property
     def model(self) -> Model:
-        """What was fitted in the end."""
-        return self.prior.model if self.prior else self.trial.model
+        """What was fitted in the end; of the rows in memory."""
+        model = self.trial.model
+        return replace(model, robot=self.prior.robot, names=self.prior.names) if self.prior else model
+
+    @property
+    def summed(self) -> Model | Partitioned:
+        """The same of all rows."""
+        if self.whole is None:
+            return self.model
+        return replace(self.whole.model, robot=self.model.robot, names=self.model.names)
+
+    @property
+    def nominal(self) -> Robot:
+        """The robot before, its open frames fitted to all rows."""
+        return self.whole.nominal if self.whole else self.trial.model.robot
+
+    @property
+    def searched(self) -> Trial:
+        """The fit that transition torques were searched with, of the rows in memory."""
+        return self.whole.sampled if self.whole else self.trial
 
     @property
     def solution(self) -> Solution:

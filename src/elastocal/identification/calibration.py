@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +17,9 @@ from elastocal.identification.advice import with_advice
 from elastocal.identification.alignment import align
 from elastocal.identification.attempt import Attempt
 from elastocal.identification.bootstrap import Bootstrap, bootstrapped, require_samples
-from elastocal.identification.bounds import fit_non_negative
 from elastocal.identification.evidence import PRIOR, with_prior_of
 from elastocal.identification.expected import expected_error
+from elastocal.identification.fitting import Fitting
 from elastocal.identification.gauge import Gauge, choose_gauge
 from elastocal.identification.intervals import correlated_groups, student, with_intervals
 from elastocal.identification.observability import observability
@@ -25,31 +27,28 @@ from elastocal.identification.outliers import find_outliers, outliers_of
 from elastocal.identification.plausibility import require_plausible
 from elastocal.identification.priors import fit_with_priors, geometry_kinds, require_orders, with_maps
 from elastocal.identification.request import requested, with_laws
-from elastocal.identification.result import CalibrationResult, RowErrors
+from elastocal.identification.result import CalibrationResult
 from elastocal.identification.robust import require_loss
 from elastocal.identification.solver import Normal, fit
-from elastocal.identification.statistics import Statistics, residuals, statistics
 from elastocal.identification.sums import Sums, Variances, misfit_of, normal_sums
 from elastocal.identification.table import Estimates, element_table, parameter_table
+from elastocal.identification.tally import all_statistics, row_errors, with_all_rows
 from elastocal.identification.threads import one_thread
 from elastocal.identification.transition import (
     GeneticSearch,
-    Problem,
     Transition,
-    Trial,
-    find_torques,
-    fit_anew,
     free_torques,
     given_torques,
     linear_model,
-    problem_of,
     searched_laws,
     transitions_of,
     with_known_torques,
     with_transition,
 )
-from elastocal.measurements import Measurements, concatenate, split
+from elastocal.identification.whole import Data, few, on_all_rows, require_held, transitions_on_all_rows
+from elastocal.measurements import Measurements, split
 from elastocal.parameters import FRAME_GROUPS, parameters_of
+from elastocal.partitions import Partitions
 from elastocal.prediction import Model, kind_of
 from elastocal.robot import Robot
 
@@ -57,9 +56,9 @@ from elastocal.robot import Robot
 @one_thread
 def calibrate(
     robot: Robot,
-    data: Measurements,
+    data: Data,
     *,
-    held_out: Measurements | None = None,
+    held_out: Data | None = None,
     holdout: float | None = None,
     identify: Sequence[str] | None = None,
     fix: Sequence[str] = (),
@@ -74,12 +73,13 @@ def calibrate(
     on_step: Callable[[int, float], None] | None = None,
     on_generation: Callable[[int, int], None] | None = None,
     on_sample: Callable[[int, int], None] | None = None,
+    executor: Executor | None = None,
 ) -> CalibrationResult:
     """Identify a robot's geometry and compliance from measurements.
 
     Args:
         robot: nominal.
-        data: what was measured.
+        data: what was measured; of partitions a sample decides what is searched for, and all rows are fitted.
         held_out: measurements that the fit does not see, to judge it by.
         holdout: instead, the fraction of `data` to hold out; rows of one pose stay together.
         identify: patterns of parameter names; None: all geometry. Frames that are not known are always identified.
@@ -99,6 +99,8 @@ def calibrate(
         on_step: called with the number of steps and the sum of squares after each one.
         on_generation: called with the number of a genetic algorithm's generations done, and of all.
         on_sample: called with the number of a bootstrap's fits done, and of all.
+        executor: where the fits of a bootstrap and of a genetic algorithm run, and partitions are worked through; None:
+            here, one after the other. The result is the same.
 
     Raises:
         InputError: names, patterns or fractions that make no sense; data with a fault as a whole, as swapped axes.
@@ -108,7 +110,8 @@ def calibrate(
     require_loss(loss)
     orders = require_orders(transmission)
     require_samples(bootstrap, priors=prior or orders != 0)
-    fitted, rest = _divided(data, held_out, holdout, seed)
+    require_held(data, holdout, bootstrap)
+    fitted, rest = _divided(few(data), None if held_out is None else few(held_out), holdout, seed)
     wished, springs = with_laws(robot, elastic or {})
     torqued = with_transition(springs, wished)
     given = given_torques(transition, torqued)
@@ -119,29 +122,25 @@ def calibrate(
     start = fit_frames(nominal, fitted, gauge)
     require_plausible(nominal, start, fitted)
 
-    def attempt(
-        rows: Measurements, weights: Array | None = None, how: Transition = "exact", begin: Robot | None = None
-    ) -> Attempt:
-        begin = begin or (start if rows is fitted else fit_frames(nominal, rows, gauge))
-        problem = problem_of(begin, gauge.kept, rows, laws, weights)
-        problem, search = find_torques(problem, how, given, seed, on_generation)
-        trial, held = fit_non_negative(problem, fit_all) if non_negative else (fit_all(problem), ())
-        return Attempt(problem, search, trial, held)
+    fitting = Fitting(gauge, laws, given, non_negative, seed)
 
-    def fit_all(problem: Problem) -> Trial:
-        return fit_anew(problem, on_step, given=bool(given))
+    def attempt(rows: Measurements, weights: Array | None = None, how: Transition = "exact") -> Attempt:
+        begin = start if rows is fitted else fit_frames(nominal, rows, gauge)
+        return fitting.attempt(begin, rows, weights, how, on_step, on_generation, executor)
 
     good = np.ones(len(fitted), dtype=bool)
     if loss != "linear":
         good = find_outliers(attempt, linear_model(start, gauge.kept, fitted, laws), bool(laws), loss)
     found = attempt(fitted if good.all() else fitted.take(np.flatnonzero(good)), how=transition)
+    if isinstance(data, Partitions):
+        found = on_all_rows(found, data, loss != "linear", on_step, executor)
     if orders != 0 or prior:
         kinds = geometry_kinds(wished, gauge) if prior else {}
-        found = replace(found, prior=fit_with_priors(found.model, found.solution, orders, kinds, wished.tolerance))
+        found = replace(found, prior=fit_with_priors(found.summed, found.solution, orders, kinds, wished.tolerance))
     resampled = None
     if bootstrap:
-        begin = found.problem.robot
-        resampled = bootstrapped(found, lambda rows: attempt(rows, begin=begin), bootstrap, seed, on_sample)
+        refit = partial(fitting.attempt, found.problem.robot)
+        resampled = bootstrapped(found, refit, bootstrap, seed, on_sample, executor)
     settings = {
         "elastic": dict(elastic or {}),
         "transition": _told(transition),
@@ -155,7 +154,8 @@ def calibrate(
         "holdout": holdout,
         "seed": seed,
     }
-    result = with_advice(_assess(wished, gauge, found, resampled, fitted, good, rest, settings))
+    result = _assess(wished, gauge, found, resampled, fitted, good, rest, settings)
+    result = with_advice(with_all_rows(result, found, data, held_out, executor))
     return replace(result, seconds=time.perf_counter() - began)
 
 
@@ -204,25 +204,26 @@ def _assess(
     trial, search, solution = found.trial, found.search, found.solution
     identified = _with_known_frames(found.model.displaced(solution.displacements), data)
     effects = np.array([gauge.effects[name] for name in trial.model.names])
-    seen = observability(trial.solution.sums, effects, int(good.sum()))
-    model, sums, hinges = found.model, solution.sums, free_torques(trial, search)
-    if hinges:
-        model = replace(model, names=(*model.names, *hinges))
-        extended = np.append(solution.displacements, np.zeros(len(hinges)))
-        sums = with_prior_of(sums, normal_sums(model, extended, solution.variances))
-    normal, names = Normal.of(sums), model.names
+    rows = int(good.sum()) if found.whole is None else found.whole.model.fitted
+    seen = observability(trial.solution.sums, effects, rows, trial.model.names)
+    names, sums = _with_free_torques(found)
+    normal = Normal.of(sums)
     observed = {kind: one for kind, one in sums.items() if kind != PRIOR}
     coordinates = round(sum(one.count for one in observed.values()))
     told = sum(float((normal.covariance * one.gram[:-1, :-1]).sum()) for one in observed.values())
     chi2 = misfit_of(observed) / max(coordinates - told, 1.0)
     stated = any(one.stated for one in observed.values())
+    covariance, reach = normal.covariance * (max(chi2, 1.0) if stated else chi2), student(coordinates - told)
+    transitions, pair = transitions_of(found.problem, found.searched, search, reach)
+    if found.whole is not None:
+        transitions = transitions_on_all_rows(transitions, found.whole, names, covariance, reach)
     estimates = Estimates(
         names=names,
         displacements=dict(zip(found.model.names, solution.displacements.tolist(), strict=True)),
-        covariance=normal.covariance * (max(chi2, 1.0) if stated else chi2),
+        covariance=covariance,
         unseen=_unseen(normal, names),
         held=found.held,
-        transitions=transitions_of(found.problem, trial, search, student(coordinates - told)),
+        transitions=transitions,
     )
     if resampled is not None:
         estimates = resampled.estimates(estimates, trial)
@@ -230,18 +231,18 @@ def _assess(
     shares = found.prior.shares if found.prior else {}
     table = parameter_table(before, identified, gauge, estimates)
     table = tuple(replace(row, data_share=shares.get(row.name)) for row in table)
-    errors = _row_errors(trial.model.robot, identified, data, rest)
+    errors = row_errors(found.nominal, identified, data, rest)
     expected, told_all = None, seen.rank == seen.parameters or bool(found.prior and found.prior.tolerances)
     if rest is None and told_all:
-        expected = expected_error(found, model, normal.covariance)
+        expected = expected_error(found, replace(found.model, names=names), normal.covariance)
     status = "converged" if solution.converged else "not_converged"
     return CalibrationResult(
         robot=identified,
-        nominal_robot=trial.model.robot,
+        nominal_robot=found.nominal,
         status=status if told_all else "not_identifiable",
         parameters=with_intervals(table, coordinates - told, estimates.transitions, resampled),
         elastic=element_table(identified, table, estimates.transitions),
-        residuals=_all_statistics(errors, expected),
+        residuals=all_statistics(errors, expected),
         observability=seen,
         gauge=gauge,
         names=names,
@@ -253,12 +254,22 @@ def _assess(
         model_sigma=model_sigma(solution.variances, observed),
         chi2_reduced=chi2,
         errors=errors,
-        outliers=outliers_of(found, data, good),
+        outliers=() if found.whole is not None else outliers_of(found, data, good),
         iterations=solution.steps,
         settings=settings,
-        search=search,
+        search=search and replace(search, pair=pair),
         prior=found.prior,
     )
+
+
+def _with_free_torques(found: Attempt) -> tuple[tuple[str, ...], Sums]:
+    """The parameters of a fit with the transition torques of hinges among them, and the sums of all rows for these."""
+    model, solution, hinges = found.summed, found.solution, free_torques(found.trial, found.search)
+    if not hinges:
+        return model.names, solution.sums
+    model = replace(model, names=(*model.names, *hinges))
+    extended = np.append(solution.displacements, np.zeros(len(hinges)))
+    return model.names, with_prior_of(solution.sums, normal_sums(model, extended, solution.variances))
 
 
 def model_sigma(variances: Variances, observed: Sums) -> dict[str, float]:
@@ -290,20 +301,3 @@ def _with_known_frames(robot: Robot, data: Measurements) -> Robot:
         used.add("base" if found.station is None else f"station.{found.station}")
         used.add("tool" if found.target is None else f"target.{found.target}")
     return robot.with_frames({prefix: replace(robot.frames[prefix], known=True) for prefix in used})
-
-
-def _row_errors(nominal: Robot, identified: Robot, data: Measurements, rest: Measurements | None) -> RowErrors:
-    everything = data if rest is None else concatenate([data, rest])
-    held_out = np.arange(len(everything)) >= len(data)
-    return RowErrors(everything, held_out, residuals(nominal, everything), residuals(identified, everything))
-
-
-def _all_statistics(errors: RowErrors, expected: Statistics | None) -> dict[str, Statistics]:
-    fitted, held = ~errors.held_out, errors.held_out
-    found = {"nominal": statistics(errors.nominal, fitted), "calibrated": statistics(errors.calibrated, fitted)}
-    if expected is not None:
-        found["cross_validated"] = expected
-    if held.any():
-        found["held_out_nominal"] = statistics(errors.nominal, held)
-        found["held_out"] = statistics(errors.calibrated, held)
-    return found

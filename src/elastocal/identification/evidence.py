@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastocal.chain import Array
+from elastocal.identification.partitioned import Partitioned
 from elastocal.identification.solver import Solution
 from elastocal.identification.sums import FLOOR, KindSums, Sums, Variances, normal_sums
 from elastocal.prediction import Model
@@ -165,7 +166,9 @@ def _with_variances(prior: Prior, at: Array, spread: Array) -> Prior:
     return replace(prior, variances=variances)
 
 
-def fit_by_evidence(model: Model, start: Array, prior: Prior, variances: Variances) -> tuple[Solution, Posterior]:
+def fit_by_evidence(
+    model: Model | Partitioned, start: Array, prior: Prior, variances: Variances
+) -> tuple[Solution, Posterior]:
     """Fit parameters, the variances of observations and those of the prior's groups.
 
     Args:

@@ -62,7 +62,7 @@ def outliers_of(fitted: Attempt, data: Measurements, good: Rows) -> tuple[Outlie
     listed = listed[np.argsort(-found.values[listed], kind="stable")]
     if not len(listed):
         return ()
-    hints = _better_names(fitted, data, listed, good & ~found.accused)
+    hints = better_names(fitted, data, listed, good & ~found.accused)
     outliers = []
     for index in listed.tolist():
         kind, residual = _furthest_off(fitted, found, index)
@@ -88,14 +88,15 @@ BETTER = 3.0
 def _robot_of(fitted: Attempt, data: Measurements, rows: Rows) -> Robot:
     """The robot that was fitted, after a step of the fit of these rows where outliers were fitted too."""
     displacements = fitted.solution.displacements
-    if fitted.prior is None and len(fitted.model.data) > rows.sum():
+    others = fitted.whole is not None or len(fitted.model.data) > rows.sum()
+    if fitted.prior is None and others:
         model = replace(fitted.model, data=data, sides={}, weights=rows.astype(float))
         sums = normal_sums(model, displacements, fitted.solution.variances)
         displacements = displacements + Normal.of(sums).step(0.0)
     return fitted.model.displaced(displacements)
 
 
-def _better_names(fitted: Attempt, data: Measurements, rows: NDArray[np.intp], good: Rows) -> dict[int, str]:
+def better_names(fitted: Attempt, data: Measurements, rows: NDArray[np.intp], good: Rows) -> dict[int, str]:
     """Of rows (k,), those that fit another target, payload or station that good rows name, and which."""
     others = list(_other_names(data, good))
     if not others:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from elastocal.errors import InputError
 from elastocal.identification.evidence import NOTHING, Prior, fit_by_evidence, most_likely
 from elastocal.identification.gauge import Gauge
+from elastocal.identification.partitioned import Partitioned
 from elastocal.identification.solver import Normal, Solution
 from elastocal.identification.sums import Sums, normal_sums
 from elastocal.parameters import Group, Parameter, parameters_of
@@ -52,11 +53,27 @@ class Band:
 
 
 @dataclass(frozen=True)
+class MapFit:
+    """How joint maps were found.
+
+    Attributes:
+        orders: how many the maps have.
+        bands: with their standard deviations.
+        log_evidence: of maps of other numbers of orders, beside none at all; empty where the number was asked for.
+    """
+
+    orders: int
+    bands: tuple[Band, ...]
+    log_evidence: Mapping[int, float]
+
+
+@dataclass(frozen=True)
 class PriorFit:
     """A fit with priors.
 
     Attributes:
-        model: that was fitted, maps and all geometry with a prior among its parameters.
+        robot: where all displacements are zero, with maps.
+        names: the parameters, maps and all geometry with a prior among them.
         solution: where the fit ended, the prior among its sums.
         prior: with its variances; None where the evidence favours no maps and there is no other prior.
         orders: how many orders the maps have.
@@ -64,7 +81,8 @@ class PriorFit:
         log_evidence: of maps of other numbers of orders, beside none at all; empty where the number was asked for.
     """
 
-    model: Model
+    robot: Robot
+    names: tuple[str, ...]
     solution: Solution
     prior: Prior | None
     orders: int
@@ -86,7 +104,7 @@ class PriorFit:
             return {}
         precision, spread = self.prior.precision, Normal.of(self.solution.sums).covariance.diagonal()
         told = np.clip(1.0 - spread * precision, 0.0, 1.0)
-        return {n: float(t) for n, t, p in zip(self.model.names, told, precision, strict=True) if p > 0.0}
+        return {n: float(t) for n, t, p in zip(self.names, told, precision, strict=True) if p > 0.0}
 
 
 def require_orders(transmission: int | str) -> int | None:
@@ -140,7 +158,11 @@ def geometry_kinds(robot: Robot, gauge: Gauge) -> dict[str, str]:
 
 
 def fit_with_priors(
-    model: Model, solution: Solution, orders: int | None, kinds: Mapping[str, str], tolerance: Mapping[str, float]
+    model: Model | Partitioned,
+    solution: Solution,
+    orders: int | None,
+    kinds: Mapping[str, str],
+    tolerance: Mapping[str, float],
 ) -> PriorFit:
     """Identify joint maps and geometry with priors together with the other parameters of a fit.
 
@@ -172,9 +194,10 @@ def fit_with_priors(
         extended = replace(extended, robot=robot, names=tuple(extended.names[i] for i in kept))
         start = start[kept]
     if not most and not kinds:
-        return PriorFit(model, solution, None, 0, (), evidence)
+        return PriorFit(model.robot, model.names, solution, None, 0, (), evidence)
     found, posterior = fit_by_evidence(extended, start, groups.prior(extended.names, most), solution.variances)
-    return PriorFit(extended, found, posterior.prior, most, _bands_of(posterior.prior, most), evidence)
+    bands_found = _bands_of(posterior.prior, most)
+    return PriorFit(extended.robot, extended.names, found, posterior.prior, most, bands_found, evidence)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from elastocal.chain import Array
 from elastocal.identification.gauge import Gauge
 from elastocal.identification.observability import Observability
 from elastocal.identification.outliers import Outlier
-from elastocal.identification.priors import PriorFit
+from elastocal.identification.priors import MapFit, PriorFit
 from elastocal.identification.statistics import Residuals, Statistics
 from elastocal.identification.transition import Search, TransitionData
 from elastocal.measurements import Measurements
@@ -82,6 +82,25 @@ class RowErrors:
 
 
 @dataclass(frozen=True)
+class Streamed:
+    """What was read part by part.
+
+    Attributes:
+        rows: how many were fitted, outliers counted with them.
+        parts: in how many parts.
+        sample: rows of the sample that alignment, searches and outliers were decided on.
+        outliers: how many rows do not fit the others, of which the result lists the worst.
+        rejected: how many of them were left out of the fit.
+    """
+
+    rows: int
+    parts: int
+    sample: int
+    outliers: int
+    rejected: int
+
+
+@dataclass(frozen=True)
 class CalibrationResult:
     """A calibration's outcome.
 
@@ -111,6 +130,8 @@ class CalibrationResult:
         iterations, seconds: what it took.
         search: how transition torques were found; None where there were none to find.
         prior: the fit with priors, of joint maps and geometry; None without them.
+        streamed: what was read part by part; None where all rows are in memory. `errors` then have those of a sample
+            and of the listed outliers.
         settings: what was asked for.
         verdict: one sentence.
         warnings: sentences with a remedy.
@@ -136,6 +157,7 @@ class CalibrationResult:
     outliers: tuple[Outlier, ...] = ()
     search: Search | None = None
     prior: PriorFit | None = None
+    streamed: Streamed | None = None
     seconds: float = 0.0
     verdict: str = ""
     warnings: tuple[str, ...] = ()
@@ -143,6 +165,18 @@ class CalibrationResult:
     correlated: tuple[tuple[str, ...], ...] = ()
     freedom: float = 0.0
     bootstrap: Mapping[str, int] | None = None
+
+    @property
+    def maps(self) -> MapFit | None:
+        """How joint maps were found; None without them."""
+        if self.prior is None or not self.prior.orders:
+            return None
+        return MapFit(self.prior.orders, self.prior.bands, self.prior.log_evidence)
+
+    @property
+    def tolerances(self) -> Mapping[str, float]:
+        """Standard deviations of the kinds of geometry that had priors, given or estimated [m or rad]."""
+        return {} if self.prior is None else self.prior.tolerances
 
     def __str__(self) -> str:
         """The verdict table, in millimetres."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from elastocal.chain import Array
 from elastocal.errors import EquilibriumError
+from elastocal.identification.partitioned import Partitioned
 from elastocal.identification.sums import FLOOR, Sums, Variances, misfit_of, normal_sums, reweighed
 from elastocal.measurements import KINDS
 from elastocal.prediction import Model
@@ -93,14 +94,14 @@ class Normal:
 
 
 def fit(
-    model: Model,
+    model: Model | Partitioned,
     start: Array,
     on_step: Callable[[int, float], None] | None = None,
 ) -> Solution:
     """Minimise the sum of squared residuals, each over its variance, and fit the variances to the residuals, in turn.
 
     Args:
-        model: predicts the data.
+        model: predicts the data, in memory or in parts.
         start: displacements (parameters,) to start from.
         on_step: called with the number of steps and the sum of squares after each one.
 
@@ -125,7 +126,7 @@ def fit(
 
 
 def descend(
-    model: Model,
+    model: Model | Partitioned,
     displacements: Array,
     sums: Sums,
     variances: Variances,

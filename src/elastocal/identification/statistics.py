@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from elastocal.chain import Array
 from elastocal.measurements import Measurements
-from elastocal.prediction import Model
+from elastocal.prediction import Model, Part
 from elastocal.robot import Robot
 
 
@@ -55,9 +56,13 @@ class Statistics:
 
 def residuals(robot: Robot, data: Measurements) -> Residuals:
     """Predict data with a robot whose frames are all in place."""
-    n = len(data)
+    return residuals_of(len(data), Model(robot, (), data).parts(np.zeros(0), derivatives=False))
+
+
+def residuals_of(n: int, parts: Iterable[Part]) -> Residuals:
+    """The residuals of n rows, of which parts have some each."""
     found: dict[str, Array] = {}
-    for part in Model(robot, (), data).parts(np.zeros(0), derivatives=False):
+    for part in parts:
         if part.kind not in found:
             found[part.kind] = np.full((n, len(part.residual)), np.nan)
         found[part.kind][part.rows] = part.residual.T

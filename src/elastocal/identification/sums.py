@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from elastocal.chain import Array
 from elastocal.measurements import KINDS, Measurements
 from elastocal.prediction import Model, Part, kind_of
+
+if TYPE_CHECKING:
+    from elastocal.identification.partitioned import Partitioned
 
 Variances = Mapping[str, float]
 """Model variance [m2 or rad2] by channel, or by kind of observation: what adds to the stated variances."""
@@ -45,6 +49,11 @@ class KindSums:
         """The observations' mean variance, stated and model's together, as the residuals weigh it."""
         return self.misfit / self.curvature if self.curvature > 0.0 else 0.0
 
+    def plus(self, more: KindSums) -> KindSums:
+        """The sums over the coordinates of both."""
+        gram, count, curvature = self.gram + more.gram, self.count + more.count, self.curvature + more.curvature
+        return KindSums(gram, count, curvature, self.stated or more.stated)
+
 
 Sums = Mapping[str, KindSums]
 
@@ -54,11 +63,11 @@ def misfit_of(sums: Sums) -> float:
     return sum(found.misfit for found in sums.values())
 
 
-def normal_sums(model: Model, displacements: Array, variances: Variances, held: bool = False) -> Sums:
+def normal_sums(model: Model | Partitioned, displacements: Array, variances: Variances, held: bool = False) -> Sums:
     """Sum over all data at displacements (parameters,).
 
     Args:
-        model: predicts the data.
+        model: predicts the data, in memory or in parts.
         displacements: of its parameters.
         variances: the model variances.
         held: whether deflections are held at zero.
@@ -66,6 +75,8 @@ def normal_sums(model: Model, displacements: Array, variances: Variances, held: 
     Raises:
         EquilibriumError: a pose does not settle under its load.
     """
+    if not isinstance(model, Model):
+        return model.normal_sums(displacements, variances, held)
     size = len(model.names) + 1
     grams: dict[str, Array] = defaultdict(lambda: np.zeros((size, size)))
     counts: dict[str, float] = defaultdict(float)
@@ -90,6 +101,15 @@ def normal_sums(model: Model, displacements: Array, variances: Variances, held: 
     return {c: KindSums(grams[c], counts[c], curvatures[c], stated[c]) for c in found}
 
 
+def added(parts: Iterable[Sums]) -> Sums:
+    """The sums of several parts of the data together, added in their order."""
+    total: dict[str, KindSums] = {}
+    for part in parts:
+        for channel, more in part.items():
+            total[channel] = total[channel].plus(more) if channel in total else more
+    return {channel: total[channel] for channel in sorted(total, key=_rank)}
+
+
 def _rank(channel: str) -> tuple[int, str]:
     """Positions before orientations before distances, whatever comes first in the data."""
     return KINDS.index(kind_of(channel)), channel
@@ -109,7 +129,9 @@ def observation_variance(data: Measurements, part: Part, model_variance: float) 
     return np.maximum(stated**2 + model_variance, FLOOR)[:, None]
 
 
-def reweighed(model: Model, displacements: Array, sums: Sums, before: Variances, after: Variances) -> Sums:
+def reweighed(
+    model: Model | Partitioned, displacements: Array, sums: Sums, before: Variances, after: Variances
+) -> Sums:
     """The sums with other model variances: rescaled where the data state none, summed again where they do."""
     if any(found.stated for found in sums.values()):
         return normal_sums(model, displacements, after)

@@ -36,6 +36,8 @@ Texts = Annotated[list[str], "names in quotes, in brackets"]
 FORMATS = {
     "elastocal-robot/1": "a robot file",
     "elastocal-measurements/1": "a description of measurements",
+    "elastocal-fleet/1": "a manifest of a fleet",
+    "elastocal-study/1": "a study",
 }
 
 

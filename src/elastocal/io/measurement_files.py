@@ -8,10 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from elastocal.chain import Array
 from elastocal.errors import InputError, unknown_name
 from elastocal.io.descriptor import described_file, read_described
 from elastocal.io.files import require_file, sha256, write_files
+from elastocal.io.parquet_files import is_parquet, write_parquet
 from elastocal.io.tables import Table, more, read_table
 from elastocal.io.tidy import measurements_to_csv, read_tidy, sliding
 from elastocal.io.units import UNITS, factor
@@ -38,9 +41,14 @@ def load_measurements(paths: str | Path | Sequence[str | Path], robot: Robot, *,
     """
     files = [Path(paths)] if isinstance(paths, (str, Path)) else [Path(path) for path in paths]
     require_different(files)
-    shared = Counter(path.name for path in files)
-    sources = [path.name if shared[path.name] == 1 else str(path) for path in files]
-    return concatenate([_load(path, robot, source, measured) for path, source in zip(files, sources, strict=True)])
+    named = zip(files, source_names(files), strict=True)
+    return concatenate([_load(path, robot, source, measured) for path, source in named])
+
+
+def source_names(paths: Sequence[Path]) -> list[str]:
+    """What files are called: by their names, in full where several have the same."""
+    shared = Counter(path.name for path in paths)
+    return [path.name if shared[path.name] == 1 else str(path) for path in paths]
 
 
 def require_different(paths: Sequence[Path]) -> None:
@@ -72,19 +80,33 @@ def _load(path: Path, robot: Robot, source: str, measured: bool) -> Measurements
     else:
         table = read_table(path)
         data = read_tidy(table, robot, measured)
+    return placed(checked(data, robot, table), source)
+
+
+def checked(data: Measurements, robot: Robot, table: Table) -> Measurements:
+    """The measurements of a table, each row with its target, if nothing is wrong with them.
+
+    Raises:
+        InputError: with every fault of the table.
+    """
     if table.sound:
-        data = _with_default_target(robot, data, table)
+        data = with_default_target(robot, data, table)
         _check_names(robot, data, table)
-        _check_joints(robot, data, table)
+        check_joints(robot, data, table)
         _check_positive(data, table)
-        _check_lengths(data, table)
+        check_lengths(data, table)
         _check_duplicates(data, table)
     table.raise_faults()
+    return data
+
+
+def placed(data: Measurements, source: str, above: int = 0) -> Measurements:
+    """The measurements with where they come from: a file, and so many rows above them in it."""
     n = len(data)
-    return replace(data, source=Labels((source,), np.zeros(n, dtype=np.int32)), row=np.arange(1, n + 1))
+    return replace(data, source=Labels((source,), np.zeros(n, dtype=np.int32)), row=np.arange(above + 1, above + n + 1))
 
 
-def _with_default_target(robot: Robot, data: Measurements, table: Table) -> Measurements:
+def with_default_target(robot: Robot, data: Measurements, table: Table) -> Measurements:
     """A robot with one target measures that one; with several, each row must say which."""
     if not robot.targets:
         return data
@@ -110,12 +132,12 @@ def _check_names(robot: Robot, data: Measurements, table: Table) -> None:
         for code, name in enumerate(labels.names if labels is not None else ()):
             if labels is not None and name not in valid:
                 rows = np.flatnonzero(labels.codes == code)
-                place = f"{table.path}: row {rows[0] + 1}, column {table.header(kind).text!r}"
+                place = f"{table.path}: row {table.number(int(rows[0]))}, column {table.header(kind).text!r}"
                 unknown = f"{robot.name} has {unknown_name(kind, name, valid)}"
                 table.faults.append(f"{place}: {unknown}{more(len(rows) - 1)}")
 
 
-def _check_joints(robot: Robot, data: Measurements, table: Table) -> None:
+def check_joints(robot: Robot, data: Measurements, table: Table) -> None:
     """Joint positions out of limits, or in degrees."""
     square = robot.coupling is None or len(robot.joints) == robot.positions
     limits = [row.limits for row in robot.joints] if square else [None] * robot.positions
@@ -152,7 +174,7 @@ def _check_positive(data: Measurements, table: Table) -> None:
             table.rows_fault(header, bad.tolist(), found, "a positive number")
 
 
-def _check_lengths(data: Measurements, table: Table) -> None:
+def check_lengths(data: Measurements, table: Table) -> None:
     """Positions and distances that are millimetres in a column of metres."""
     observed = [] if data.position is None else list(zip("xyz", data.position.T, strict=True))
     observed += [] if data.distance is None else [("distance", data.distance)]
@@ -169,22 +191,33 @@ def _check_duplicates(data: Measurements, table: Table) -> None:
     columns = [data.q, data.position, data.orientation, data.distance, data.wrench]
     columns += [labels.codes.astype(float) for labels in (data.target, data.load, data.station) if labels is not None]
     stacked = np.concatenate([c.reshape(len(data), -1) for c in columns if c is not None], axis=1)
-    order = np.lexsort(stacked.T)
+    measured = stacked[:, min(data.q.shape[1], stacked.shape[1] - 1)]
+    likely = _shared(measured)  # noise makes these few, so that few rows need be compared as a whole
+    order = likely[np.lexsort(stacked[likely].T)]
     same = (stacked[order[1:]] == stacked[order[:-1]]).all(axis=1)
-    pairs = sorted((max(a, b) + 1, min(a, b) + 1) for a, b in zip(order[1:][same], order[:-1][same], strict=True))
+    pairs = sorted((max(a, b), min(a, b)) for a, b in zip(order[1:][same], order[:-1][same], strict=True))
     if pairs:
-        again, first = pairs[0]
+        again, first = (table.number(int(row)) for row in pairs[0])
         others = more(len(pairs) - 1, "copied row")
         table.faults.append(
             f"{table.path}: row {again} is a copy of row {first}, to the last digit{others}: leave it out"
         )
 
 
+def _shared(values: Array) -> NDArray[np.intp]:
+    """The rows, ascending, whose value (n,) another row has too."""
+    ordered = np.sort(values)
+    return np.flatnonzero(np.isin(values, ordered[1:][ordered[1:] == ordered[:-1]]))
+
+
 def save_measurements(data: Measurements, robot: Robot, path: str | Path) -> None:
-    """Write measurements as a tidy CSV table, in degrees and millimetres.
+    """Write measurements as a tidy table in degrees and millimetres: Parquet if the file is called so, else CSV.
 
     Raises:
         InputError: the file cannot be written.
     """
     path = Path(path)
+    if is_parquet(path):
+        write_parquet(path, [data], robot)
+        return
     write_files(path.parent, {path.name: measurements_to_csv(data, robot)})

@@ -46,6 +46,7 @@ class Table:
         headers: by the names that a fault in a row speaks of, "q1".
         faults: one sentence each.
         sound: whether its columns are what they should be, so that their rows can be judged.
+        above: how many rows of the file are above these, where they are a part of it.
     """
 
     path: Path
@@ -57,9 +58,14 @@ class Table:
     headers: dict[str, Header] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
     sound: bool = True
+    above: int = 0
 
     def __len__(self) -> int:
         return self.frame.height
+
+    def number(self, row: int) -> int:
+        """The number of a row in the file, from 1."""
+        return self.above + row + 1
 
     def header(self, name: str) -> Header:
         """The header of the column that a name stands for."""
@@ -79,8 +85,15 @@ class Table:
     def rows_fault(self, column: str, rows: Sequence[int], found: str, expected: str) -> None:
         """Note a fault in some rows of a column: the first of them, and how many there are."""
         if len(rows):
-            place = f"row {rows[0] + 1}, column {column!r}"
+            place = f"row {self.number(rows[0])}, column {column!r}"
             self.faults.append(f"{self.path}: {place}: expected {expected}, found {found}{more(len(rows) - 1)}")
+
+    def no_blank_rows(self) -> None:
+        """Note rows that are empty."""
+        empty = np.flatnonzero(self.blank)
+        if len(empty):
+            place, others = f"row {self.number(empty[0])}", more(len(empty) - 1)
+            self.faults.append(f"{self.path}: {place}: expected measurements, found none{others}")
 
     def numbers(self, column: str) -> Array:
         """A column of numbers, (rows,); what is none is a fault, and NaN."""
@@ -114,6 +127,12 @@ class Table:
             remedy = f"write in {self.described.name}" if self.described else "describe the file by a TOML with"
             return f'a number with a decimal point (for decimal commas {remedy} decimal = ",")'
         return "a number with a decimal comma" if self.decimal == "," and "." in found else "a number"
+
+    def is_empty(self, column: str) -> bool:
+        """Whether nothing stands in a column."""
+        series = self.frame[column]
+        text = series.str.strip_chars().replace("", None) if series.dtype == pl.String else series
+        return text.null_count() == len(series) > 0
 
     def names(self, column: str) -> list[str | None]:
         """A column of names; an empty cell is None."""
@@ -172,9 +191,7 @@ def read_table(
     if not height:
         raise InputError(f"{path}: expected at least one row of measurements, found none")
     table = Table(path, frame.head(height), decimal, described, repeated, blank[:height])
-    empty = np.flatnonzero(table.blank)
-    if len(empty):
-        table.faults.append(f"{path}: row {empty[0] + 1}: expected measurements, found none{more(len(empty) - 1)}")
+    table.no_blank_rows()
     return table
 
 
@@ -196,15 +213,15 @@ def _read_text(path: Path, delimiter: str, skip: int, described: Path | None) ->
         raise InputError(f"{path}: expected a header and rows, found an empty file")
     try:
         header = [name.strip() for name in next(_records(text, delimiter))]
-        _check_delimiter(path, header, delimiter, described)
+        check_delimiter(path, header, delimiter, described)
         frame = pl.read_csv(text.encode(), separator=delimiter, infer_schema=False)
         frame.columns = [
             f"{name} of column {i}" if name in header[: i - 1] else name for i, name in enumerate(header, start=1)
         ]
-        uneven = list(_uneven(path, text, delimiter)) if frame[:, -1].null_count() else []
+        uneven = list(uneven_rows(path, text, delimiter)) if frame[:, -1].null_count() else []
     except (pl.exceptions.PolarsError, csv.Error) as error:
         why = f"{path}: cannot be read as a table: {str(error).splitlines()[0]}"
-        raise InputError(*(list(_uneven(path, text, delimiter)) or [why])) from None
+        raise InputError(*(list(uneven_rows(path, text, delimiter)) or [why])) from None
     if uneven:
         raise InputError(*uneven)
     return frame, frozenset(name for name, count in Counter(header).items() if count > 1)
@@ -214,7 +231,7 @@ def _records(text: str, delimiter: str) -> Iterator[list[str]]:
     return csv.reader(StringIO(text, newline=""), delimiter=delimiter)
 
 
-def _check_delimiter(path: Path, header: list[str], delimiter: str, described: Path | None) -> None:
+def check_delimiter(path: Path, header: list[str], delimiter: str, described: Path | None) -> None:
     """Raise InputError if the header is one column because something else stands between columns."""
     mark = next((mark for mark in (";", "\t", ",", "|") if mark in header[0]), None) if len(header) == 1 else None
     if mark is not None:
@@ -225,14 +242,14 @@ def _check_delimiter(path: Path, header: list[str], delimiter: str, described: P
         )
 
 
-def _uneven(path: Path, text: str, delimiter: str) -> Iterator[str]:
-    """Rows that have other numbers of fields than the header."""
+def uneven_rows(path: Path, text: str, delimiter: str, above: int = 0) -> Iterator[str]:
+    """Rows that have other numbers of fields than the header; `above` rows of the file come before them."""
     try:
         header, *rows = _records(text, delimiter)
     except csv.Error:
         return
     width = len(header)
-    uneven = [(i, len(row)) for i, row in enumerate(rows, start=1) if row and len(row) != width]
+    uneven = [(i, len(row)) for i, row in enumerate(rows, start=above + 1) if row and len(row) != width]
     if uneven:
         row, found = uneven[0]
         remedy = 'export them with ";" between columns, described by a TOML with delimiter = ";" and decimal = ","'

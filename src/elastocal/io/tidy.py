@@ -51,9 +51,12 @@ def read_tidy(table: Table, robot: Robot, measured: bool = True) -> Measurements
     Args:
         table: as it was read.
         robot: whose joints it has.
-        measured: whether something must have been measured; else joint positions will do.
+        measured: whether something must have been measured; else joint positions will do, and columns that are still
+            to be filled in count as none.
     """
     columns = table.headers = _columns(table, robot)
+    if not measured:
+        columns = {name: h for name, h in columns.items() if name not in MEASURED or not table.is_empty(h.text)}
     if measured and not any(name in columns for name in MEASURED):
         table.fault("expected something measured: columns x, y, z and/or qw, qx, qy, qz and/or distance, found none")
     joints = [f"q{i + 1}" for i in range(robot.positions)]
@@ -190,6 +193,17 @@ def measurements_to_csv(data: Measurements, robot: Robot) -> bytes:
     Raises:
         InputError: some rows lack what others have.
     """
+    buffer = BytesIO()
+    pl.DataFrame(tidy_columns(data, robot)).write_csv(buffer)
+    return buffer.getvalue()
+
+
+def tidy_columns(data: Measurements, robot: Robot) -> dict[str, Any]:
+    """The columns of measurements' tidy table, by header, in degrees and millimetres.
+
+    Raises:
+        InputError: some rows lack what others have.
+    """
     _require_complete(data)
     columns: dict[str, Any] = {}
     for i, slides in enumerate(sliding(robot)):
@@ -206,9 +220,7 @@ def measurements_to_csv(data: Measurements, robot: Robot) -> bytes:
         columns["pose"] = [int(pose) if pose >= 0 else None for pose in data.pose]
     if data.temperature is not None:
         columns["temperature [degC]"] = data.temperature
-    buffer = BytesIO()
-    pl.DataFrame(columns).write_csv(buffer)
-    return buffer.getvalue()
+    return columns
 
 
 def _require_complete(data: Measurements) -> None:
