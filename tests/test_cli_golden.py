@@ -30,10 +30,15 @@ COMMANDS = {
     "calibrate-few": ("calibrate robot.toml few.csv", 1),
     "calibrate-step": ("calibrate robot.toml step.csv --elastic 2:step,3:step", 0),
     "calibrate-step-given": ("calibrate robot.toml step.csv --elastic 2:step,3:cubic --transition 222", 0),
+    "export-corrections": ("export result/robot.toml --to corrections-csv -o corrections.csv", 0),
+    "export-mdh": ("export result/robot.toml --to mdh-csv -o table.csv", 0),
+    "export-urdf": ("export result/robot.toml --to urdf -o robot.urdf", 0),
+    "plan": ("plan robot.toml --poses 30 --candidates fit.csv --elastic 2,3:hinge -o plan.csv", 0),
     "reproduce": ("reproduce A-1 b-2", 0),
     "validate": ("validate robot.toml held_out.csv poses.csv", 0),
     "validate-calibrated": ("validate result/robot.toml held_out.csv", 0),
     "validate-refit": ("validate result/robot.toml held_out.csv --refit tool", 0),
+    "compensate": ("compensate result/robot.toml targets.csv --nominal robot.toml -o corrected.csv", 0),
     "validate-map": ("validate result/robot.toml held_out.csv --uncertainty-map", 0),
 }
 

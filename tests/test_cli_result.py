@@ -197,7 +197,7 @@ def test_results_in_the_same_folder_are_overwritten_and_inputs_are_not(desk: Des
     assert (desk.folder / "result" / "result.json").read_bytes() != first
     after = contents(desk.folder)
     assert set(after) - set(before) == {
-        f"result/{name}" for name in ("robot.toml", "result.json", "residuals.csv", "notes.txt")
+        f"result/{name}" for name in ("robot.toml", "result.json", "residuals.csv", "report.html", "notes.txt")
     }
     assert {name: after[name] for name in before} == before
 
@@ -210,7 +210,7 @@ def test_a_result_is_no_place_for_a_calibration_that_starts_from_it(desk: Desk):
     desk.done("calibrate result/robot.toml held_out.csv -o again")
 
 
-@pytest.mark.parametrize("call", [1, 2, 3])
+@pytest.mark.parametrize("call", [1, 2, 3, 4])
 def test_should_one_result_not_be_written_none_is(desk: Desk, monkeypatch: pytest.MonkeyPatch, call: int):
     save_simulated(desk.folder)
     desk.done("calibrate robot.toml fit.csv -o result")
@@ -231,7 +231,7 @@ def test_json_has_standard_output_to_itself(desk: Desk):
     save_simulated(desk.folder)
     ran = desk.run("calibrate robot.toml fit.csv --json -o result")
     assert json.loads(ran.out)["status"] == "converged"
-    assert ran.err == "result: robot.toml, result.json, residuals.csv\n"
+    assert ran.err == "result: robot.toml, result.json, residuals.csv, report.html\n"
     assert desk.run("calibrate robot.toml fit.csv --json").err == ""
 
 

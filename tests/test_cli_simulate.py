@@ -145,8 +145,8 @@ REFUSED = {
     "--actual robot.toml --geometry-error 1,1": "--geometry-error draws an actual robot: leave out --actual",
     "--actual other.toml": "other.toml: expected the joints of robot.toml, 2 (revolute, revolute), found 2 (rev",
     "--actual other.toml --load heavy": "other.toml: expected the joints of robot.toml",
-    "-o robot.toml": "-o robot.toml: expected a CSV file, as robot.csv, found .toml",
-    "-o fit.parquet": "-o fit.parquet: expected a CSV file, as fit.csv, found .parquet",
+    "-o robot.toml": "-o robot.toml: expected a CSV or Parquet file, as robot.csv, found .toml",
+    "-o fit.toml": "-o fit.toml: expected a CSV or Parquet file, as fit.csv, found .toml",
     "-o gone.csv --write-actual robot.toml": "robot.toml is an input, which a result never overwrites",
     "--write-actual actual.csv": "--write-actual actual.csv: expected a robot file (.toml), found .csv",
     "--tip l2": "robot.toml: --tip is for a URDF",
@@ -193,3 +193,52 @@ def test_a_drive_that_no_load_settles_on_is_refused(desk: Desk, coefficients: st
     law = f'\n[elastic."elbow.theta"]\nlaw = "harmonic-drive"\ncoefficients = {coefficients}\n'
     desk.write(robot_toml=ROBOT + law)
     assert desk.refused("simulate robot.toml --poses 5") == [f'robot.toml: elastic."elbow.theta".coefficients: {fault}']
+
+
+def test_poses_of_a_table_are_measured_with_the_names_that_they_bear(desk: Desk):
+    named = {"targets": {"a": Frame((0.1, 0.0, 0.0)), "b": Frame((0.0, 0.1, 0.0))}, "loads": {"heavy": Payload(9.0)}}
+    save_arm(desk, **named, elastic={"2.theta": Compliance("linear", (1e-5,))})
+    desk.done("simulate robot.toml --poses 12 --target a,b --load none,heavy -o there.csv")
+    desk.done("simulate robot.toml --at there.csv -o again.csv")
+    robot = ec.load_robot(desk.folder / "robot.toml")
+    there, again = (ec.load_measurements(desk.folder / name, robot) for name in ("there.csv", "again.csv"))
+    np.testing.assert_allclose(again.position, there.position, atol=1e-12)
+    assert (again.target.names, again.load.names) == (there.target.names, there.load.names)
+    assert (again.target.codes == there.target.codes).all()
+    assert (again.load.codes == there.load.codes).all()
+
+
+def test_a_plan_is_measured_as_it_is(desk: Desk):
+    save_arm(desk)
+    desk.done("plan robot.toml --poses 12 --pool 200 -o plan.csv")
+    desk.done("simulate robot.toml --at plan.csv --noise 0.03mm -o fit.csv")
+    robot = ec.load_robot(desk.folder / "robot.toml")
+    planned = ec.load_measurements(desk.folder / "plan.csv", robot, measured=False)
+    measured = ec.load_measurements(desk.folder / "fit.csv", robot)
+    np.testing.assert_allclose(measured.q, planned.q, atol=1e-12)
+    unfilled = desk.refused("validate robot.toml plan.csv")
+    assert "row 1" in unfilled[0]
+    assert "found an empty cell" in unfilled[0]
+
+
+@pytest.mark.parametrize(
+    ("options", "fault"),
+    [
+        ("", "expected --poses, how many poses are measured, or --at, a table of them; found neither"),
+        (
+            "--at there.csv --poses 3 --floor 0.1m --load heavy",
+            "--at there.csv gives the poses, with their targets and payloads: leave out --load, --floor, --poses",
+        ),
+        ("--at missing.csv", "missing.csv: no such file (there: there.csv)"),
+    ],
+)
+def test_poses_are_either_given_or_drawn(desk: Desk, options: str, fault: str):
+    desk.write(robot_toml=ROBOT)
+    desk.done("simulate robot.toml --poses 3 -o there.csv")
+    assert desk.refused(f"simulate robot.toml {options} -o fit.csv") == [fault]
+
+
+def test_poses_that_are_given_are_no_output(desk: Desk):
+    desk.write(robot_toml=ROBOT)
+    desk.done("simulate robot.toml --poses 3 -o there.csv")
+    assert "is an input" in desk.refused("simulate robot.toml --at there.csv -o there.csv")[0]

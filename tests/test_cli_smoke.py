@@ -114,6 +114,36 @@ def test_what_is_simulated_is_calibrated(desk: Desk, convention: str, shape: str
     assert found["held_out"]["mean"] < 0.2 * found["held_out_nominal"]["mean"]
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("convention", ["modified-dh", "standard-dh", "urdf"])
+def test_what_is_calibrated_is_exported_and_predicts_the_same(desk: Desk, convention: str, shape: str):
+    measured(desk, nominal_robot(convention, shape), "pose")
+    desk.done("calibrate robot.toml fit.csv -o result")
+    desk.done("export result/robot.toml --to urdf -o out.urdf")
+    one, other = (
+        flat(json.loads(desk.done(f"validate {robot} held_out.csv --json"))["residuals"]["held_out"])
+        for robot in ("result/robot.toml", "out.urdf")
+    )
+    assert one == pytest.approx(other, rel=1e-9)
+    desk.done("export result/robot.toml --to corrections-csv -o corrections.csv")
+    for to in ("dh-csv", "mdh-csv"):
+        desk.done(f"export result/robot.toml --to {to} -o {to}", 2 if shape == "coupled" else 0)
+    desk.done("export result/robot.toml --to ur-yaml -o out.yaml", 0 if shape == "turning" else 2)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("convention", ["modified-dh", "standard-dh", "urdf"])
+def test_what_is_calibrated_is_compensated(desk: Desk, convention: str, shape: str):
+    nominal = nominal_robot(convention, shape)
+    measured(desk, nominal, "pose")
+    desk.done("calibrate robot.toml fit.csv -o result")
+    desk.run("compensate result/robot.toml held_out.csv --frame instrument -o corrected.csv")
+    found = pl.read_csv(desk.folder / "corrected.csv").filter(pl.col("reached"))
+    assert found.height > 20
+    assert found["error_after [mm]"].max() < 1e-6
+    assert found["error_before [mm]"].mean() > 0.1
+
+
 @pytest.mark.parametrize("convention", ["modified-dh", "standard-dh", "urdf"])
 def test_compliance_is_found_in_every_convention(desk: Desk, convention: str):
     nominal = nominal_robot(convention, "turning")

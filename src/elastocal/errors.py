@@ -21,6 +21,9 @@ class InputError(ElastocalError):
         self.faults = faults
         super().__init__("\n".join(faults))
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, ...]]:
+        return InputError, self.faults
+
 
 class EquilibriumError(ElastocalError):
     """The deflections of a pose do not settle: the named element is too soft for what hangs on it.
@@ -28,15 +31,28 @@ class EquilibriumError(ElastocalError):
     Attributes:
         element: the element's name.
         pose: number of the pose among those asked for, from 0.
+        place: where it comes from, "fit.csv row 12"; "" if that is not known.
     """
 
     def __init__(self, element: str, pose: int, place: str = "") -> None:
         self.element = element
         self.pose = pose
+        self.place = place
         super().__init__(
             f"{element} does not settle under its load at {place or f'pose {pose}'}: it is too soft for what hangs "
             "on it; check its compliance [rad/(N·m)], the masses [kg] and gravity [m/s²]"
         )
+
+    def __reduce__(self) -> tuple[type[EquilibriumError], tuple[str, int, str]]:
+        return EquilibriumError, (self.element, self.pose, self.place)
+
+
+class WorkerLostError(ElastocalError):
+    """The process or machine that was at work on an item is gone, and so was each one that took over."""
+
+
+class ClusterLostError(ElastocalError):
+    """The cluster's scheduler is gone, and with it all that was under way."""
 
 
 def unknown_name(kind: str, name: str, valid: Iterable[str]) -> str:

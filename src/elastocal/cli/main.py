@@ -10,8 +10,8 @@ from cyclopts import App, CycloptsError
 
 from elastocal.errors import ElastocalError
 
-DONE, FAILED, BAD_INPUT = 0, 1, 2
-"""Exit status: done; ran, but the verdict is failure; bad input or usage."""
+DONE, FAILED, BAD_INPUT, STOPPED = 0, 1, 2, 130
+"""Exit status: done; ran, but the verdict is failure; bad input or usage; ctrl-C."""
 
 COMMANDS = {
     "calibrate": (
@@ -30,13 +30,41 @@ COMMANDS = {
         "What changed between two calibrations of one robot, in units of its uncertainty: drift, or noise?",
         "elastocal diff result-march result-june",
     ),
+    "plan": (
+        "Which poses to measure: a table for calibrate, to be filled in, and how accurate the robot will be.",
+        "elastocal plan robot.toml --poses 45 --elastic 2,3 -o poses.csv",
+    ),
+    "fleet": (
+        "Many robots: a result for each, who differs from its siblings, who drifted; on this machine or a cluster.",
+        "elastocal fleet robots.csv -o calibrations",
+    ),
+    "study": (
+        "Many simulated calibrations over a grid: errors against poses, coverage, whether the right law is found.",
+        "elastocal study number_of_poses.toml -o results",
+    ),
+    "compensate": (
+        "Joint commands that put the real, loaded robot on its targets: a table.",
+        "elastocal compensate result/robot.toml targets.csv --nominal robot.toml -o corrected.csv",
+    ),
+    "report": (
+        "The report on a calibration as a web page that opens offline; or several calibrations side by side.",
+        "elastocal report result-linear result-step -o comparison.html",
+    ),
     "simulate": (
         "Measurements of a robot that does not exist: a table for calibrate, with a known truth.",
         "elastocal simulate robot.toml --poses 60 --geometry-error 0.5mm,0.5mrad --noise 0.03mm -o fit.csv",
     ),
+    "export": (
+        "The identified robot for other software: URDF, DH tables, UR's kinematics file, corrections.",
+        "elastocal export result/robot.toml --to urdf -o calibrated.urdf",
+    ),
     "reproduce": (
         "The two papers on joint stiffness, their tables beside ours, each run anew.",
         "elastocal reproduce a-1 b-2 nonlinear",
+    ),
+    "serve": (
+        "A local page to calibrate robots in: drop files, watch runs, look at results, compare them.",
+        "elastocal serve my-runs",
     ),
     "demo": (
         "The whole way on a built-in example: robot file, measurements, calibration, validation.",
@@ -58,6 +86,7 @@ def build_app() -> App:
         help_epilogue="Try `elastocal demo`. Every command explains itself: `elastocal calibrate --help`.",
         result_action="return_value",
         exit_on_error=False,
+        suppress_keyboard_interrupt=False,  # commands say what is kept
         help_format="markdown",
     )
     for name, (summary, example) in COMMANDS.items():
@@ -76,6 +105,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for line in str(error).splitlines():
             print(f"elastocal: {line}", file=sys.stderr)
         return BAD_INPUT
+    except KeyboardInterrupt as error:
+        print(f"elastocal: {error or 'stopped'}", file=sys.stderr)
+        return STOPPED
     except OSError as error:
         if not isinstance(error, BrokenPipeError):
             print(f"elastocal: {error.filename or 'system'}: {(error.strerror or str(error)).lower()}", file=sys.stderr)

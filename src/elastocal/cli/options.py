@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,7 +20,9 @@ Paths = Annotated[list[Path], Parameter(consume_multiple=True, negative=())]
 Output = Annotated[Path | None, Parameter(name=("--output", "-o"))]
 Json = Annotated[bool, Parameter(name="--json", negative=())]
 Seed = Annotated[int, Parameter(validator=Number(gte=0))]
+Jobs = Annotated[int | None, Parameter(validator=Number(gte=1))]
 Tip = Annotated[str | None, Parameter(name="--tip")]
+Page = Annotated[Path | None, Parameter(name="--html")]
 
 
 def parse_elastic(text: str | None) -> dict[str, str]:
@@ -28,17 +31,9 @@ def parse_elastic(text: str | None) -> dict[str, str]:
     Raises:
         InputError: an element is named twice, or none is.
     """
-    laws: dict[str, str] = {}
-    for item in (text or "").split(",") if text is not None else ():
-        element, _, law = item.strip().partition(":")
-        if not element:
-            raise InputError(
-                f"--elastic {text}: expected elements as in 2,3 or 2:linear,3.alpha:linear, found an empty one"
-            )
-        if element in laws:
-            raise InputError(f"--elastic {text}: element {element!r} is named twice")
-        laws[element] = law.strip() or "linear"
-    return laws
+    from elastocal.identification.words import laws_of
+
+    return laws_of("--elastic", text)
 
 
 def parse_transition(text: str, population: int | None = None, generations: int | None = None) -> Transition:
@@ -47,21 +42,9 @@ def parse_transition(text: str, population: int | None = None, generations: int 
     Raises:
         InputError: it is none of these, or the size of a genetic search is given without one.
     """
-    from elastocal.identification import GeneticSearch
+    from elastocal.identification.words import transition_of
 
-    if text == "ga":
-        usual = GeneticSearch()
-        return GeneticSearch(population or usual.population, generations or usual.generations)
-    if population is not None or generations is not None:
-        raise InputError("--population and --generations go with --transition ga")
-    if text == "exact":
-        return text
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise InputError(
-            f"--transition {text}: expected exact, ga, or torques in N m with commas between them, as 222,80"
-        ) from None
+    return transition_of("--transition", text, population, generations, "--population and --generations")
 
 
 def parse_orders(text: str) -> int | str:
@@ -70,11 +53,9 @@ def parse_orders(text: str) -> int | str:
     Raises:
         InputError: it is neither.
     """
-    if text == "auto":
-        return text
-    if not text.isdecimal():
-        raise InputError(f"--transmission {text}: expected a number of orders, as 60, or auto")
-    return int(text)
+    from elastocal.identification.words import orders_of
+
+    return orders_of("--transmission", text)
 
 
 def require_data(data: Sequence[Path], held_out: Sequence[Path] = ()) -> None:
@@ -123,3 +104,15 @@ def parse_quantities(option: str, text: str, quantities: Sequence[str], signed: 
         if found[-1] < 0.0 and not signed:
             raise InputError(f"{option} {text}: expected 0 or a positive {quantity}, found {part.strip()}")
     return tuple(found)
+
+
+def command_line(command: str, files: Sequence[Path], **options: object) -> str:
+    """The command that says the same: options by their names, those that are None, False or empty left out."""
+    words = ["elastocal", command, *map(str, files)]
+    for name, value in options.items():
+        if value is None or value is False or value == []:
+            continue
+        words.append("-o" if name == "output" else f"--{name.replace('_', '-')}")
+        if value is not True:
+            words += [str(item) for item in value] if isinstance(value, (list, tuple)) else [str(value)]
+    return shlex.join(words)

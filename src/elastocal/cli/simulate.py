@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,6 +17,7 @@ from elastocal.errors import InputError, unknown_name
 if TYPE_CHECKING:
     import numpy as np
 
+    from elastocal.measurements import Measurements
     from elastocal.robot import Robot
     from elastocal.simulation import Instrument, Region
 
@@ -64,6 +65,7 @@ class PoseOptions:
     """Where it is measured.
 
     Attributes:
+        at: Instead of random poses, those of a table, as of plan or compensate, with the targets and payloads it names.
         load: Payloads, as heavy or none,heavy; poses are shared out among them. No payload if left out.
         target: Targets, among which poses are shared out likewise; all of ROBOT if left out.
         station: Station that the instrument stands at.
@@ -75,6 +77,7 @@ class PoseOptions:
             the target goes within the joint limits.
     """
 
+    at: Path | None = None
     load: Globs | None = None
     target: Globs | None = None
     station: str | None = None
@@ -116,7 +119,7 @@ def simulate(
     robot: Path,
     /,
     *,
-    poses: Annotated[int, Parameter(validator=Number(gte=1))],
+    poses: Annotated[int | None, Parameter(validator=Number(gte=1))] = None,
     tip: Tip = None,
     seed: Seed = 0,
     output: Output = None,
@@ -128,10 +131,11 @@ def simulate(
 
     Args:
         robot: Nominal robot: a robot file (TOML) or a URDF.
-        poses: How many poses are measured.
+        poses: How many poses are measured; not with --at.
         tip: Link where the chain of a URDF ends.
         seed: Of the geometry errors, the poses and the noise, each by itself: other noise leaves the poses as they are.
-        output: CSV file for the measurements; standard output if left out.
+        output: CSV or Parquet file for the measurements; standard output, as CSV, if left out. Parquet is written in
+            blocks of 262,144 poses, so that there may be more than fit in memory.
         actual: Which robot is measured.
         where: Where it is measured.
         instrument: How it is measured.
@@ -139,35 +143,89 @@ def simulate(
     import numpy as np
 
     from elastocal.cli.main import DONE
-    from elastocal.io import load_robot, measurements_to_csv, robot_to_toml
-    from elastocal.simulation import survey
+    from elastocal.io import ROW_GROUP, is_parquet, load_measurements, load_robot, measurements_to_csv, robot_to_toml
+    from elastocal.simulation import survey, survey_at, survey_blocks
 
     reading, region = chosen_instrument(instrument), chosen_region(where)
     require_sense(actual, instrument)
+    require_poses(poses, where)
     for_robot, for_survey = np.random.default_rng(seed).spawn(2)
     nominal = load_robot(robot, tip)
     built = actual_robot(nominal, actual, tip, for_robot)
     files = {robot: nominal, actual.actual or robot: built}
     require_same_joints(files)
     loads, targets = chosen_names(where, files)
-    inputs = [*files]
+    inputs = [*files, *([where.at] if where.at is not None else [])]
     require_places(output, actual.write_actual, inputs)
-    data = survey(
-        nominal,
-        poses,
-        reading,
-        actual=built,
-        region=region,
-        station=where.station,
-        targets=targets,
-        loads=loads,
-        seed=for_survey,
-    )
-    table = measurements_to_csv(data, nominal)
+    whole = output is None or not is_parquet(output)
+    if where.at is not None:
+        given = load_measurements(where.at, nominal, measured=False)
+        count, blocks = len(given), iter([survey_at(built, given, reading, for_survey)])
+    else:
+        count = poses or 0
+
+        def some(number: int, rng: np.random.Generator) -> Measurements:
+            station = where.station
+            return survey(
+                nominal,
+                number,
+                reading,
+                actual=built,
+                region=region,
+                station=station,
+                targets=targets,
+                loads=loads,
+                seed=rng,
+            )
+
+        blocks = survey_blocks(some, count, count if whole else ROW_GROUP, for_survey)
+    if output is not None and not whole:
+        write_blocks(output, blocks, count, nominal, inputs)
+        write({actual.write_actual: robot_to_toml(built)}, inputs)
+        return DONE
+    table = measurements_to_csv(next(blocks), nominal)
     write({output: table, actual.write_actual: robot_to_toml(built)}, inputs)
     if output is None:
         print(table.decode(), end="")
     return DONE
+
+
+def write_blocks(path: Path, blocks: Iterator[Measurements], poses: int, robot: Robot, inputs: Sequence[Path]) -> None:
+    """Write a survey of so many poses as Parquet, one block in memory at a time, and say so."""
+    from elastocal.cli.show import progress
+    from elastocal.io import write_parquet
+
+    with progress("simulating") as calls:
+
+        def told() -> Iterator[Measurements]:
+            done = 0
+            for block in blocks:
+                done += len(block)
+                yield block
+                if calls.on_part is not None:
+                    calls.on_part(done, poses)
+
+        write_parquet(path, told(), robot, inputs)
+    print(f"{path}", file=sys.stderr)
+
+
+def require_poses(poses: int | None, where: PoseOptions) -> None:
+    """Check that poses are either asked for or given.
+
+    Raises:
+        InputError: neither or both, or options that choose poses beside given ones.
+    """
+    if where.at is None:
+        if poses is None:
+            raise InputError("expected --poses, how many poses are measured, or --at, a table of them; found neither")
+        return
+    names = ("load", "target", "station", "floor", "box", "range", "cone")
+    used = [f"--{name}" for name in names if getattr(where, name) is not None]
+    used += ["--poses"] if poses is not None else []
+    if used:
+        raise InputError(
+            f"--at {where.at} gives the poses, with their targets and payloads: leave out {', '.join(used)}"
+        )
 
 
 def require_sense(actual: ActualOptions, instrument: InstrumentOptions) -> None:
@@ -299,12 +357,13 @@ def require_places(output: Path | None, write_actual: Path | None, inputs: Seque
     """Check that the files can be written, before the work.
 
     Raises:
-        InputError: one is an input, both are the same, the table is to be no CSV.
+        InputError: one is an input, both are the same, the table is to be no CSV or Parquet.
     """
     from elastocal.io import require_writable
 
-    if output is not None and output.suffix.lower() in (".parquet", ".pq", ".toml"):
-        raise InputError(f"-o {output}: expected a CSV file, as {output.with_suffix('.csv')}, found {output.suffix}")
+    if output is not None and output.suffix.lower() == ".toml":
+        example = output.with_suffix(".csv")
+        raise InputError(f"-o {output}: expected a CSV or Parquet file, as {example}, found {output.suffix}")
     if write_actual is not None and write_actual.suffix.lower() != ".toml":
         found = write_actual.suffix or "no suffix"
         raise InputError(f"--write-actual {write_actual}: expected a robot file (.toml), found {found}")
