@@ -20,7 +20,7 @@ __all__ = ["desk"]
             "robot.toml",
             'robot.toml: format: expected "elastocal-measurements/1", found "elastocal-robot/1": a robot file',
         ),
-        (".", ".: expected a file, found a folder"),
+        (".", ".: expected a file, or a folder with Parquet files, found a folder without any"),
     ],
 )
 def test_data_that_are_not_there_are_refused_and_what_is_there_told(desk: Desk, name: str, fault: str):

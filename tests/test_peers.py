@@ -154,6 +154,6 @@ def test_the_stored_run_is_complete():
 
 def test_page_and_figure_are_those_of_the_stored_run():
     results, versions = run.stored()
-    assert run.PAGE.read_text(encoding="utf-8") == run.report(results, versions)
+    assert run.PAGE.read_text(encoding="utf-8") == run.page(results, versions)
     assert run.FIGURE.read_text(encoding="utf-8") == run.figure(results)
     ElementTree.fromstring(run.figure(results))

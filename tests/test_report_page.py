@@ -11,10 +11,8 @@ import pytest
 from elastocal.figures.panel import Panel, points
 from elastocal.report.html import page_html
 from elastocal.report.section import Section, Verdict
-from support.browser import Watched, browser, draw_all, opened
+from support.browser import Watched, draw_all, opened
 from support.files import Desk, save_simulated
-
-__all__ = ["browser"]
 
 HOSTILE = "<script>window.harmed=1</script><img src=x onerror='window.harmed=1'>&\"'"
 

@@ -12,15 +12,13 @@ from typing import TYPE_CHECKING
 import pytest
 
 import elastocal as ec
-from support.browser import Watched, browser
+from support.browser import Watched
 from support.data import UR10, needs_ur10
 from support.files import ROBOT, TABLE, edited
 from support.web import Served, alive, simulated_files, wait_for
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
-
-__all__ = ["browser"]
 
 
 @pytest.fixture

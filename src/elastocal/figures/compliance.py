@@ -28,6 +28,7 @@ from elastocal.figures.rows import Rows, binned, turns
 from elastocal.figures.style import DATA, LAW, MARK, MEANS, SEQUENTIAL, SERIES
 from elastocal.identification import AnyResult, IdentifiedElement
 from elastocal.identification.intervals import student
+from elastocal.identification.transition import allowed_rise
 
 CURVE_POINTS = 240
 BINS = 16
@@ -151,7 +152,12 @@ def overlay_panels(results: Mapping[str, AnyResult], loads: Mapping[str, tuple[f
 
 def search_panels(result: AnyResult) -> list[Panel]:
     """The misfit at all transition torques that were compared, and the generations of a genetic algorithm."""
-    found = [_curve_panel(element, student(result.freedom)) for element in result.elastic if _curved(element)]
+    reach = student(result.freedom)
+    found = [
+        _curve_panel(element, math.sqrt(allowed_rise(element.law, reach)))
+        for element in result.elastic
+        if _curved(element)
+    ]
     search = result.search
     if search is not None and search.pair is not None:
         found.append(_pair_panel(result))

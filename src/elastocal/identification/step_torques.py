@@ -14,10 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elastocal.chain import Array
-
-RISE = 7.35
-"""Of so many loads, the sum of squares at the true torque is in 95 of 100 cases less than this above the least: both
-sides are random walks, whose highest points are exponential (Hansen, 2000)."""
+from elastocal.identification.transition import STEP_RISE
 
 
 class Near(NamedTuple):
@@ -50,8 +47,8 @@ class StepTorque:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """That covers the true torque with 95 % confidence: the gaps where the rise stays below RISE."""
-        within = np.flatnonzero(self.rises <= RISE)
+        """That covers the true torque with 95 % confidence: the gaps where the rise stays below STEP_RISE."""
+        within = np.flatnonzero(self.rises <= STEP_RISE)
         first, last = within[0], within[-1]
         low, high = self.torques[first] - 0.5 * self.widths[first], self.torques[last] + 0.5 * self.widths[last]
         return float(low), float(high)

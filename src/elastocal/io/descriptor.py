@@ -128,8 +128,8 @@ def _headers(columns: ColumnsTable, robot: Robot) -> dict[str, Header]:
 
 
 def described_file(path: Path) -> Path:
-    """The instrument's file that a descriptor describes."""
-    return path.parent / str(read_toml(path)["file"])
+    """The instrument's file that a descriptor describes; itself if it names none, which its reader refuses."""
+    return path.parent / str(read_toml(path).get("file", path.name))
 
 
 def _faults(columns: ColumnsTable, table: Table, robot: Robot) -> Iterator[str]:

@@ -2,7 +2,7 @@
 
 from elastocal.identification.transition.find import find_torques
 from elastocal.identification.transition.genetic import GeneticSearch
-from elastocal.identification.transition.likelihood import TorqueCurve, TorqueMap
+from elastocal.identification.transition.likelihood import STEP_RISE, TorqueCurve, TorqueMap, allowed_rise
 from elastocal.identification.transition.outcome import TransitionData, free_torques, transitions_of
 from elastocal.identification.transition.request import (
     Transition,
@@ -16,6 +16,7 @@ from elastocal.identification.transition.trial import HINGE_STEPS, Problem, Tria
 
 __all__ = [
     "HINGE_STEPS",
+    "STEP_RISE",
     "GeneticSearch",
     "Problem",
     "Search",
@@ -24,6 +25,7 @@ __all__ = [
     "Transition",
     "TransitionData",
     "Trial",
+    "allowed_rise",
     "find_torques",
     "fit_anew",
     "free_torques",
