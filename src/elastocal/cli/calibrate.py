@@ -88,7 +88,7 @@ def calibrate(
             out.
         scheduler: Instead, a Dask cluster, as tcp://HOST:PORT; its workers read the data from the same paths.
     """
-    given = dict(locals())
+    given = dict(locals())  # the options as they are given: the report tells the command
     from elastocal.cli.main import DONE, FAILED
     from elastocal.cli.show import progress
     from elastocal.cli.workers import workers

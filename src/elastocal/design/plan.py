@@ -192,7 +192,8 @@ def _problem(
     )
     if not task.names:
         raise InputError("expected parameters to identify, found none: leave out --fix, or name some with --identify")
-    views = views_of(robot, task) if request.criterion in AVERAGED else (task,)
+    views = views_of(robot, task, reading.of(candidates)) if request.criterion in AVERAGED else (task,)
+    task = views[0]
     wanted = np.stack([_wanted(view, workspace) for view in views])
     known = np.zeros((len(views), *(len(task.names),) * 2))
     if measured is not None:

@@ -16,7 +16,7 @@ from elastocal.measurements import KINDS, SAME_POSE, Labels, Measurements
 from elastocal.robot import Robot
 
 AVERAGED = ("O1", "accuracy")
-"""Criteria that are averaged over places of a target of which nobody knows where it sits."""
+"""Criteria that are averaged over places of a target of which nobody knows where it sits, and over torques."""
 
 
 @dataclass(frozen=True)

@@ -191,31 +191,43 @@ def unknown_frames(robot: Robot) -> list[str]:
     return [name for name, frame in robot.frames.items() if frame.xyz is None and not frame.known]
 
 
-def views_of(robot: Robot, task: Task) -> tuple[Task, ...]:
-    """The task with targets at several places, where nobody knows where they sit on the tool; else as it is.
+def views_of(robot: Robot, task: Task, candidates: Measurements) -> tuple[Task, ...]:
+    """The task with all that nobody knows at several places; as it is where nothing is unknown.
 
-    Poses that suit one place may suit another badly. Where the instrument stands does not matter to positions.
+    Poses that suit one place of a target on the tool may suit another badly, and so with transition torques. Where the
+    instrument stands does not matter to positions.
 
     Args:
         robot: nominal.
-        task: with every frame somewhere.
+        task: with every frame and torque somewhere.
+        candidates: whose loads the torques lie among.
     """
-    named = {f"{name.rpartition('.')[0]}" for name in task.names}
+    named = {name.rpartition(".")[0] for name in task.names}
     carried = [n for n in unknown_frames(robot) if n.startswith(("tool", "target")) and n in named]
-    if not carried:
+    sought = [element for element, (_, source) in task.assumed.items() if source == MEDIAN]
+    if not carried and not sought:
         return (task,)
-    size = reach(robot)
-    found = []
-    for number, (side, beyond) in enumerate(PLACES):
+    size, found = reach(robot), []
+    loads = Model(task.robot, (), candidates).undeflected_loads(np.zeros(0)) if sought else {}
+    for number, ((side, beyond), share) in enumerate(zip(PLACES, SHARES, strict=True)):
         around = 2.0 * np.pi * number / len(PLACES)
         xyz = (side * size * float(np.cos(around)), side * size * float(np.sin(around)), beyond * size)
-        found.append(replace(task, robot=task.robot.with_frames({n: Frame(xyz, (0.3, 0.4, 0.5)) for n in carried})))
+        placed = task.robot.with_frames({n: Frame(xyz, (0.3, 0.4, 0.5)) for n in carried})
+        torques = {element: float(np.quantile(np.abs(loads[element]), share)) for element in sought}
+        elastic = {e: replace(placed.elastic[e], transition_torque=torque) for e, torque in torques.items()}
+        found.append(replace(task, robot=replace(placed, elastic={**placed.elastic, **elastic})))
     return tuple(found)
 
+
+SHARES = (0.5, 0.3, 0.7)
+"""Transition torques that are to be found, as the share of loads below them."""
 
 PLACES = ((0.07, 0.07), (0.04, 0.14), (0.10, 0.10))
 """Places of a target of which nobody knows where it sits: to the side of the last axis, one third of a turn from one to
 the next, and beyond the flange, in units of the robot's reach."""
+
+
+MEDIAN = "the median of the candidates' loads"
 
 
 def _assumed_torques(
@@ -231,7 +243,7 @@ def _assumed_torques(
         if own is not None:
             found[element] = (own, "of the robot file")
         else:
-            found[element] = (middle[element].transition_torque or 1.0, "the median of the candidates' loads")
+            found[element] = (middle[element].transition_torque or 1.0, MEDIAN)
     return found
 
 
