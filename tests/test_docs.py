@@ -17,7 +17,7 @@ DOCS = ROOT / "docs"
 IMAGES = DOCS / "images"
 PAGES = sorted(DOCS.glob("*.md"))
 
-REFERENCE = ("architecture", "cluster", "controllers", "conventions", "studies")
+REFERENCE = ("architecture", "benchmarks", "cluster", "controllers", "conventions", "studies")
 """Pages of formulas and formats; what stands on them is a pattern, not an example."""
 
 GUIDES = [page for page in PAGES if page.stem not in REFERENCE]

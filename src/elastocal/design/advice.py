@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from elastocal.design.exchange import Pool
 from elastocal.design.precision import Precision, fewest
 from elastocal.design.request import AVERAGED, Request
-from elastocal.design.task import Task, unknown_frames
+from elastocal.design.task import MEDIAN, SHARES, Task, unknown_frames
 from elastocal.parameters import Group, parameters_of
 from elastocal.robot import Robot
 
@@ -52,10 +52,13 @@ def notes(task: Task, request: Request, robot: Robot) -> tuple[str, ...]:
 def _notes(task: Task, request: Request, robot: Robot) -> Iterator[str]:
     for element, (torque, source) in task.assumed.items():
         unit = "N·m" if element.endswith("theta") else "N"
-        yield (
-            f"{element}: the transition torque will be searched for; until then {torque:.4g} {unit} stands for it, "
-            f"{source}, and loads are chosen all over their range"
-        )
+        meanwhile = f"until then {torque:.4g} {unit} stands for it, {source}"
+        if source == MEDIAN and request.criterion in AVERAGED:
+            below = [f"{100 * share:.0f}" for share in sorted(SHARES)]
+            meanwhile = (
+                f"the poses suit torques above {', '.join(below[:-1])} and {below[-1]} % of the loads on average"
+            )
+        yield f"{element}: its transition torque will be searched for; {meanwhile}, and loads cover their range"
     anywhere = [name for name in unknown_frames(robot) if any(kept.startswith(f"{name}.") for kept in task.names)]
     if anywhere:
         yield (
