@@ -63,7 +63,7 @@ def test_only_the_item_that_kills_its_workers_is_given_up(tmp_path: Path):
     with LocalProcesses(2) as processes:
         lost = dict(completed(Marking(tmp_path, always=(5,)), range(9), processes, chunk=3, lost=lambda x, _: -x))
     assert lost == {x: -5 if x == 5 else x * x for x in range(9)}
-    with LocalProcesses(1) as processes, pytest.raises(WorkerLostError, match="killed three times"):
+    with LocalProcesses(1) as processes, pytest.raises(WorkerLostError, match="ended three times"):
         list(completed(Marking(tmp_path, always=(5,)), [5], processes))
 
 

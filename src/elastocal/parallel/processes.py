@@ -20,6 +20,11 @@ from elastocal.errors import WorkerLostError
 LOSSES = 2
 """After so many losses a task runs in a process of its own, so that only the one to blame is given up."""
 
+KILLED = (
+    "its process ended three times: does it need too much memory? A script that starts processes must keep its own "
+    'work under `if __name__ == "__main__":`'
+)
+
 
 @dataclass
 class _Task:
@@ -134,7 +139,7 @@ class LocalProcesses(Executor):
         with _pool(1, self.preload) as pool:
             running = pool.submit(task.function, *task.args, **task.kwargs)
             if isinstance(running.exception(), BrokenProcessPool):
-                lost.set_exception(WorkerLostError("its process was killed three times: does it need too much memory?"))
+                lost.set_exception(WorkerLostError(KILLED))
             else:
                 _settle(lost, running)
 
