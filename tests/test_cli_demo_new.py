@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import elastocal as ec
+from elastocal.cli.full_demo import contents as contents_of_the_full_demo
 from support.files import URDF, Desk, contents, desk
 
 __all__ = ["desk"]
@@ -68,6 +69,18 @@ def test_the_full_demo_goes_from_a_plan_to_corrected_targets(desk: Desk):
     assert before["mean"] > 1e-3
     assert found["mean"] < 0.07e-3
     assert max(len(line) for line in told.splitlines() if line.startswith(("$", "    --"))) <= 80
+
+
+@pytest.mark.parametrize("as_json", ["", " --json"])
+def test_the_full_demo_ends_where_a_step_is_refused(desk: Desk, as_json: str):
+    """A folder stands where the plan is to be written."""
+    (desk.folder / "shown" / "plan.csv").mkdir(parents=True)
+    desk.write(**{"shown/robot_toml": contents_of_the_full_demo(0)["robot.toml"]})
+    ran = desk.run(f"demo --full -o shown{as_json}")
+    assert ran.status == 2
+    assert "shown/plan.csv: expected a file to write, found a folder" in ran.err
+    assert "the demo ends here: Which poses to measure" in ran.err
+    assert "elastocal simulate" not in ran.out
 
 
 def test_the_full_demo_prints_one_object_if_asked_to(desk: Desk):

@@ -13,6 +13,8 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from elastocal.errors import InputError
+
 if TYPE_CHECKING:
     from elastocal.robot import Robot
 
@@ -50,6 +52,9 @@ def play(folder: Path, seed: int, as_json: bool) -> int:
 
     Returns:
         The worst exit status of the steps.
+
+    Raises:
+        InputError: a step refuses its input.
     """
     at = {name.partition(".")[0]: str(folder / name) for name in (*FILES, *MADE)}
     result = str(folder / "result")
@@ -110,8 +115,12 @@ class _Steps:
         print(f"{text}\n", file=sys.stderr if self.as_json else sys.stdout, flush=True)
 
     def take(self, title: str, *words: tuple[str, ...], key: str = "") -> None:
-        """One step; `key` is its name in the object, if it has a result object."""
-        from elastocal.cli.main import main
+        """One step; `key` is its name in the object, if it has a result object.
+
+        Raises:
+            InputError: the command refuses its input, so that the steps after it have none.
+        """
+        from elastocal.cli.main import BAD_INPUT, main
 
         arguments = [word for some in words for word in some]
         self.say(f"# {title}\n{_wrapped(f'$ elastocal {shlex.join(arguments)}')}")
@@ -122,6 +131,9 @@ class _Steps:
         else:
             with redirect_stderr(heard):  # it names the files that the line above names
                 status = main(arguments)
+        if status == BAD_INPUT:
+            said = [] if self.as_json else heard.getvalue().splitlines()
+            raise InputError(*(line.removeprefix("elastocal: ") for line in said), f"the demo ends here: {title}")
         self.status = max(self.status, status)
         if self.as_json and key:
             self.objects[key] = json.loads(heard.getvalue())

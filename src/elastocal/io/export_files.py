@@ -7,11 +7,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from elastocal.identification import statistics_of
 from elastocal.io.exports import Exported, Residual
 from elastocal.io.files import write_files
-from elastocal.io.results import dump
+from elastocal.io.results import dump, statistics_table
 
 FORMAT = "elastocal-export/1"
 
@@ -47,15 +46,5 @@ def _residual(residual: Residual) -> dict[str, Any]:
         "reading": residual.reading,
         "load": residual.load,
         "refitted": residual.refitted,
-        "n": len(residual.position),
-        **_statistics(residual.position),
-        "angle": _statistics(residual.angle),
-    }
-
-
-def _statistics(values: np.ndarray[Any, np.dtype[np.float64]]) -> dict[str, float]:
-    return {
-        "mean": float(values.mean()),
-        "max": float(values.max()),
-        "rms": float(np.sqrt((values**2).mean())),
+        **statistics_table(statistics_of(residual.position, statistics_of(residual.angle))),
     }
