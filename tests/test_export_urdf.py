@@ -12,6 +12,7 @@ import pytest
 import elastocal as ec
 from elastocal.chain import forward, place
 from elastocal.errors import InputError
+from elastocal.io.urdf import tips_of
 from elastocal.robot import Compliance, Payload, Robot, assemble
 from elastocal.statics import load
 from support.exports import CONVENTIONS, at_its_base, random_frame, random_robot, softened
@@ -77,6 +78,14 @@ def test_pinocchio_bears_the_same_loads(convention: str):
     theirs = oracle(ec.export_robot(robot, "urdf").text, [row.name for row in robot.joints], q)[2]
     signs = np.array([row.sign for row in robot.joints])
     np.testing.assert_allclose(theirs, -ours * signs, rtol=0, atol=1e-10 * np.abs(ours).max())
+
+
+def test_no_tip_need_be_chosen_of_an_exported_robot_with_several_targets(tmp_path: Path):
+    robot = replace(arm(), targets={name: random_frame(np.random.default_rng(1)) for name in ("one", "other")})
+    path = tmp_path / "robot.urdf"
+    path.write_text(ec.export_robot(robot, "urdf").text)
+    assert tips_of(path) == ()
+    assert set(ec.load_robot(path).targets) == {"one", "other"}
 
 
 def test_targets_are_links():

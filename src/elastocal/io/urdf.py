@@ -89,12 +89,14 @@ def read_urdf(path: Path, tip: str | None = None) -> Robot:
 
 
 def tips_of(path: Path) -> tuple[str, ...]:
-    """The links of a URDF that carry no other: where its chain may end.
+    """The links of a URDF that carry no other: where its chain may end; none where <elastocal> in it says where.
 
     Raises:
         InputError: it is not a URDF.
     """
     root = _root(path)
+    if root.find(EXTENSION) is not None:
+        return ()
     tree = _Tree(_by_name(path, root, "link"), _by_name(path, root, "joint"))
     carriers = {_link(joint, "parent") for joint in tree.joints.values()}
     return tuple(link for link in tree.links if link not in carriers)
